@@ -1,0 +1,1 @@
+"""Writers of the building model: each reads the model and nothing else."""

@@ -1,0 +1,1 @@
+"""Plan geometry in two dimensions: rasters, lines, walls, corners, rooms."""

@@ -1,0 +1,1 @@
+"""Measuring models: against scans, other models and rules."""

@@ -1,0 +1,1 @@
+"""A virtual LiDAR walk through a known building."""
