@@ -8,19 +8,21 @@ leads from the scan's own coordinates to them.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Final, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 if TYPE_CHECKING:
     import shapely
 
-FORMAT = "indoor-bim-building"
-VERSION = 1
+FORMAT: Final = "indoor-bim-building"
+VERSION: Final = 1
+UNITS: Final = "m"
 
-Point2 = tuple[float, float]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+Point2 = tuple[Number, Number]
 Ring = tuple[Point2, ...]
-Row4 = tuple[float, float, float, float]
+Row4 = tuple[Number, Number, Number, Number]
 Matrix4 = tuple[Row4, Row4, Row4, Row4]
 IDENTITY: Matrix4 = ((1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0))
 
@@ -29,11 +31,14 @@ Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="Metres."
 Level = Annotated[float, Field(allow_inf_nan=False, description="Height in model coordinates, metres.")]
 Share = Annotated[float, Field(ge=0, le=1, description="Share between 0 and 1.")]
 
+ONLY_KNOWN_FIELDS = ConfigDict(extra="forbid")
+
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
     """What an element rests on."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     support: Annotated[int, Field(ge=0, description="Number of scan points on the element.")] = 0
     coverage: Annotated[float, Field(ge=0, le=1, description="Share of the element's visible surface hit by the scan.")] = 0.0
     rmse: Annotated[float | None, Field(ge=0, description="Root mean square distance of the supporting points, metres.")] = None
@@ -44,6 +49,7 @@ class Evidence:
 class Outline:
     """Polygon in plan: a counter-clockwise exterior ring and clockwise holes, first corner not repeated."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     exterior: Annotated[Ring, Field(min_length=3)]
     holes: tuple[Ring, ...] = ()
 
@@ -75,6 +81,7 @@ class Outline:
 class Opening:
     """Door, window or passage in a wall."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     id: Id
     name: str
     kind: Literal["door", "window", "opening"]
@@ -93,6 +100,7 @@ class Opening:
 class Wall:
     """Straight wall of constant thickness."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     id: Id
     name: str
     axis: Annotated[tuple[Point2, Point2], Field(description="Centre line, metres.")]
@@ -116,6 +124,7 @@ class Wall:
 class Joint:
     """Place where walls meet: two ends (L), an end at a through wall (T, X), or three and more ends (Y)."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     point: Point2
     walls: Annotated[tuple[str, ...], Field(min_length=2, description="Identifiers of the walls that meet.")]
     ends: Annotated[
@@ -128,6 +137,7 @@ class Joint:
 class Column:
     """Free-standing column, pillar or shaft."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     id: Id
     name: str
     footprint: Annotated[Ring, Field(min_length=3)]
@@ -140,6 +150,7 @@ class Column:
 class Room:
     """Space enclosed by walls."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     id: Id
     name: str
     outline: Outline
@@ -158,6 +169,7 @@ class Room:
 class Slab:
     """Floor or ceiling plate; its visible surface is known, its thickness is assumed."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     id: Id
     name: str
     kind: Literal["floor", "ceiling"]
@@ -171,6 +183,7 @@ class Slab:
 class Storey:
     """One level of the building."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     id: Id
     name: str
     elevation: Level
@@ -186,6 +199,7 @@ class Storey:
 class Building:
     """A reconstructed building with everything that is known about where it comes from."""
 
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
     name: str
     storeys: tuple[Storey, ...] = ()
     transform_cloud_to_model: Annotated[
@@ -197,6 +211,7 @@ class Building:
     warnings: Annotated[tuple[str, ...], Field(description="What is missing or doubtful, in sentences.")] = ()
     format: Literal["indoor-bim-building"] = FORMAT
     version: Literal[1] = VERSION
+    units: Annotated[Literal["m"], Field(description="Unit of every length in the model.")] = UNITS
 
 
 def _ring_area(ring: Ring) -> float:
