@@ -1,0 +1,72 @@
+"""The main direction of a building in plan."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+# Angle range (degrees), step (degrees) and bin (metres) of each search, coarse to fine.
+_SEARCHES = ((45.0, 1.0, 0.20), (1.5, 0.1, 0.05), (0.2, 0.02, 0.03), (0.03, 0.005, 0.03))
+_SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16
+
+
+def main_direction(xy: Floats) -> float:
+    """Angle of the direction that most walls run along or across.
+
+    For every angle the points are projected to the two axes of the turned frame; walls along or across it become
+    peaks of the two histograms. The angle with the largest sum of squared counts wins, found coarse to fine.
+    The published `slope` method has no such step but needs it, as it knows only the slopes 0, 1, -1 and vertical.
+
+    Parameters
+    ----------
+    xy : (n, 2) float64
+        Wall points in plan, metres, evenly thinned so that near walls do not outweigh far ones.
+
+    Returns
+    -------
+    float
+        Angle of the main direction against x in radians, in [-pi/4, pi/4): of the four equivalent quarter turns the smallest.
+
+    Examples
+    --------
+    >>> side = np.linspace(0, 8, 400)
+    >>> room = np.concatenate([np.column_stack([side, 0 * side]), np.column_stack([0 * side, side / 2])])
+    >>> c, s = np.cos(0.3), np.sin(0.3)
+    >>> round(main_direction(room @ np.array([[c, s], [-s, c]])), 4)
+    0.3
+    """
+    xy = np.asarray(xy, dtype=np.float64).reshape(-1, 2)
+    if len(xy) < 2:
+        return 0.0
+    centred = xy - np.median(xy, axis=0)
+    best = 0.0
+    for half, step, bin_size in _SEARCHES:
+        count = round(half / step)
+        angles = best + np.deg2rad(step) * np.arange(-count, count + 1)
+        scores = np.array([_sharpness(centred, angle, bin_size) for angle in angles])
+        near_zero = np.lexsort((np.abs(angles), -scores))[0]
+        best = float(angles[near_zero])
+    best = float(angles[near_zero]) + _vertex(scores, int(near_zero)) * float(np.deg2rad(step))
+    return float((best + np.pi / 4) % (np.pi / 2) - np.pi / 4)
+
+
+def _sharpness(xy: Floats, angle: float, bin_size: float) -> float:
+    """Sum of squared, lightly smoothed counts of both projections."""
+    c, s = np.cos(angle), np.sin(angle)
+    total = 0.0
+    for along in (c * xy[:, 0] + s * xy[:, 1], c * xy[:, 1] - s * xy[:, 0]):
+        index = np.floor(along / bin_size).astype(np.int64)
+        counts = np.bincount(index - index.min())
+        total += float((np.convolve(counts, _SMOOTHING) ** 2).sum())
+    return total
+
+
+def _vertex(scores: Floats, peak: int) -> float:
+    """Offset in steps of the vertex of the parabola through the best score and its neighbours."""
+    if not 0 < peak < len(scores) - 1:
+        return 0.0
+    before, at, after = scores[peak - 1 : peak + 2]
+    bend = before - 2 * at + after
+    return float(0.5 * (before - after) / bend) if bend < 0 else 0.0
