@@ -1,0 +1,142 @@
+"""Corners: wall ends moved to where axes meet, as a planar graph of corners and walls."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.walls import Walls
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+Floats = NDArray[np.float64]
+End = Literal["start", "end", "path"]
+
+MEETING_SINE = np.sin(np.radians(12.0))  # axes that differ less than this in direction do not meet
+
+
+@dataclass(frozen=True, slots=True)
+class Meeting:
+    """A corner: the walls that meet in a point, each at an end or along its path."""
+
+    point: tuple[float, float]
+    walls: tuple[int, ...]
+    ends: tuple[End, ...]
+
+
+def join_walls(walls: Walls, *, snap: float = 0.30) -> tuple[Walls, tuple[Meeting, ...]]:
+    """Move wall ends to the axes of the walls they meet.
+
+    An end meets another wall when the intersection of the axes is no farther from it than half that wall's thickness plus
+    `snap`, and beyond the other wall's ends by no more than half its own thickness plus `snap`. Two ends that choose each
+    other make an L; an end that meets a wall between its ends makes a T and leaves that wall in one piece; several ends
+    in one point make a Y.
+
+    Parameters
+    ----------
+    walls : Walls
+        Walls in metres.
+    snap : float
+        Slack for what the scan did not see of the corner, metres.
+
+    Returns
+    -------
+    walls : Walls
+        The same walls with moved ends; walls that would turn round are left as they were.
+    meetings : tuple of Meeting
+        Corners, sorted by position.
+    """
+    choice = {(a, e): _choose(walls, a, e, snap=snap) for a in range(len(walls)) for e in (0, 1)}
+    p, q = walls.p.copy(), walls.q.copy()
+    for (a, e), found in choice.items():
+        if found is not None:
+            (p if e == 0 else q)[a] = found[1]
+    turned = ((q - p) * walls.direction).sum(axis=1) <= 0.02
+    p[turned], q[turned] = walls.p[turned], walls.q[turned]
+    moved = replace(walls, p=p, q=q)
+    incidences: list[tuple[Floats, int, int, int]] = []  # point, wall, end, other wall
+    for (a, e), found in sorted(choice.items()):
+        if found is not None and not turned[a]:
+            incidences.append((found[1], a, e, found[0]))
+    return moved, _meetings(moved, incidences)
+
+
+def wall_graph(walls: Walls, meetings: tuple[Meeting, ...]) -> nx.Graph:
+    """Planar graph of corners and wall stretches.
+
+    Nodes are corners ``(x, y)`` rounded to 0.1 mm; edges carry ``wall`` (row of the table) and ``length`` in metres. A wall with
+    corners along its path is a chain of edges with the same ``wall``.
+
+    Parameters
+    ----------
+    walls : Walls
+        Joined walls.
+    meetings : tuple of Meeting
+        Their corners.
+    """
+    import networkx as nx
+
+    graph = nx.Graph()
+    for k in range(len(walls)):
+        stops = [tuple(walls.p[k]), tuple(walls.q[k])]
+        stops += [m.point for m in meetings for w, e in zip(m.walls, m.ends, strict=True) if w == k and e == "path"]
+        d = walls.direction[k]
+        stops.sort(key=lambda s: (float(np.dot(s, d)), s))
+        nodes = [(round(float(x), 4), round(float(y), 4)) for x, y in stops]
+        for a, b in zip(nodes, nodes[1:], strict=False):
+            if a != b:
+                graph.add_edge(a, b, wall=k, length=float(np.hypot(a[0] - b[0], a[1] - b[1])))
+    return graph
+
+
+def _choose(walls: Walls, a: int, end: int, *, snap: float) -> tuple[int, Floats] | None:
+    """The wall that an end meets, and where: the least movement wins, then the thicker wall."""
+    d = walls.direction
+    tip = walls.q[a] if end else walls.p[a]
+    out = d[a] if end else -d[a]
+    cross = out[0] * d[:, 1] - out[1] * d[:, 0]
+    usable = np.abs(cross) > MEETING_SINE
+    usable[a] = False
+    rows = np.flatnonzero(usable)
+    if not len(rows):
+        return None
+    sine = cross[rows]
+    gap = walls.p[rows] - tip
+    move = (gap[:, 0] * d[rows, 1] - gap[:, 1] * d[rows, 0]) / sine
+    place = (gap[:, 0] * out[1] - gap[:, 1] * out[0]) / sine
+    beyond = np.maximum(np.maximum(-place, place - walls.length[rows]), 0.0)
+    reach = walls.thickness[rows] / 2 / np.abs(sine) + snap
+    slack = walls.thickness[a] / 2 / np.abs(sine) + snap
+    near = (np.abs(move) <= reach) & (beyond <= slack)
+    if not near.any():
+        return None
+    rows, move, beyond = rows[near], move[near], beyond[near]
+    cost = np.round(np.abs(move) + beyond, 4)
+    best = np.lexsort((rows, -np.round(walls.thickness[rows], 4), cost))[0]
+    return int(rows[best]), tip + move[best] * out
+
+
+def _meetings(walls: Walls, incidences: list[tuple[Floats, int, int, int]]) -> tuple[Meeting, ...]:
+    """Cluster incidences to corners and find out how every wall takes part."""
+    tolerance = 0.02
+    clusters: list[tuple[Floats, set[int]]] = []
+    for point, a, _, b in incidences:
+        for k, (other, members) in enumerate(clusters):
+            if np.hypot(*(other - point)) < tolerance:
+                clusters[k][1].update((a, b))
+                break
+        else:
+            clusters.append((point, {a, b}))
+    out = []
+    for point, members in clusters:
+        rows = sorted(members)
+        ends: list[End] = []
+        for k in rows:
+            to_p, to_q = np.hypot(*(walls.p[k] - point)), np.hypot(*(walls.q[k] - point))
+            ends.append("start" if to_p < tolerance else "end" if to_q < tolerance else "path")
+        out.append(Meeting((float(point[0]), float(point[1])), tuple(rows), tuple(ends)))
+    return tuple(sorted(out, key=lambda m: m.point))
