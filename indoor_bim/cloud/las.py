@@ -1,0 +1,150 @@
+"""LAS and LAZ files (ASPRS LAS 1.0 to 1.4, COPC included)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from indoor_bim.cloud.raw import RawScan
+from indoor_bim.errors import ReadError
+
+CHUNK = 2_000_000
+LINEAR_UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
+PROJECTED_CRS_KEY, LINEAR_UNITS_KEY = 3072, 3076
+
+
+def read_las(path: Path, progress: Callable[[float], None] | None = None) -> RawScan:
+    """Read a LAS or LAZ file in chunks.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    progress : callable, optional
+        Told the share that has been read, 0 to 1.
+
+    Raises
+    ------
+    ReadError
+        If the file is no LAS, damaged or cut short.
+    """
+    with path.open("rb") as file:
+        if file.read(4) != b"LASF":
+            raise ReadError(f"{path}: found no LAS signature at its start, expected a LAS or LAZ file; check what kind of file this is")
+    try:
+        return _read(path, progress)
+    except (ReadError, MemoryError):
+        raise
+    except Exception as error:
+        raise ReadError(_damaged(path, str(error))) from error
+    except BaseException as error:  # the LAZ decoder's panics are no Exceptions
+        if type(error).__name__ != "PanicException":
+            raise
+        raise ReadError(_damaged(path, "the LAZ decoder gave up")) from error
+
+
+def _damaged(path: Path, found: str) -> str:
+    return f"{path}: the LAS/LAZ file is damaged or cut short ({found.strip().rstrip('.')}); copy or export it again"
+
+
+def _read(path: Path, progress: Callable[[float], None] | None) -> RawScan:
+    import laspy
+
+    with laspy.open(path) as reader:
+        header = reader.header
+        count = header.point_count
+        if count == 0:
+            raise ReadError(f"{path}: the file holds 0 points, expected a scan; export it again")
+        names = set(header.point_format.dimension_names)
+        scales, offsets = np.asarray(header.scales), np.asarray(header.offsets)
+        if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
+            raise ReadError(_damaged(path, f"scale factors {scales.tolist()}, offsets {offsets.tolist()}"))
+        if count * header.point_format.size > 200 * max(path.stat().st_size, 1) + 10_000_000:
+            raise ReadError(_damaged(path, f"the header announces {count:,} points, far more than {path.stat().st_size:,} bytes can hold"))
+        points = np.zeros((count, 3))
+        gps_time = np.zeros(count) if "gps_time" in names else None
+        classes = np.zeros(count, dtype=np.uint8)
+        done = 0
+        for chunk in reader.chunk_iterator(CHUNK):
+            part = slice(done, done + len(chunk))
+            for axis, name in enumerate("XYZ"):
+                np.multiply(chunk[name], scales[axis], out=points[part, axis])
+                points[part, axis] += offsets[axis]
+            if gps_time is not None:
+                gps_time[part] = chunk["gps_time"]
+            classes[part] = chunk["classification"]
+            done += len(chunk)
+            if progress is not None:
+                progress(done / count)
+        if done != count:
+            raise ReadError(_damaged(path, f"found {done:,} of the {count:,} points that the header announces"))
+        crs, unit = _reference(reader.header, list(reader.header.vlrs) + list(reader.header.evlrs or []))
+    if gps_time is not None and not gps_time.any():
+        gps_time = None
+    return RawScan(points, gps_time, classes if classes.any() else None, crs=crs, unit=unit)
+
+
+def _reference(header: Any, records: list[Any]) -> tuple[str | None, str | None]:
+    """Coordinate reference system and unit from the WKT record or the GeoTIFF keys."""
+    for record in records:
+        text = getattr(record, "string", None)
+        if record.record_id == 2112 and record.user_id.startswith("LASF_Projection") and text:
+            return parse_wkt(text)
+    for record in records:
+        if record.record_id == 34735 and hasattr(record, "geo_keys"):
+            keys = {key.id: key.value_offset for key in record.geo_keys if key.tiff_tag_location == 0}
+            code = keys.get(PROJECTED_CRS_KEY)
+            return f"EPSG:{code}" if code and code != 32767 else None, LINEAR_UNITS.get(keys.get(LINEAR_UNITS_KEY, 0))
+    return None, None
+
+
+def parse_wkt(text: str) -> tuple[str | None, str | None]:
+    """Coordinate reference system and unit of the projected part of a well-known text.
+
+    Parameters
+    ----------
+    text : str
+        WKT 1 or WKT 2 of a projected, geographic or compound system.
+
+    Returns
+    -------
+    crs : str or None
+        ``EPSG:code``.
+    unit : str or None
+        ``m``, ``ft`` or ``us-ft``.
+
+    Examples
+    --------
+    >>> parse_wkt('PROJCS["UTM 32N",GEOGCS["ETRS89",AUTHORITY["EPSG","4258"]],UNIT["metre",1],AUTHORITY["EPSG","25832"]]')
+    ('EPSG:25832', 'm')
+    """
+    start = re.search(r"\b(?:PROJCS|PROJCRS|PROJECTEDCRS)\s*\[", text)
+    body = _node(text, start.end()) if start else text[text.find("[") + 1 :]
+    own = _drop_children(body)
+    code = re.findall(r'(?:AUTHORITY|ID)\s*\[\s*"EPSG"\s*,\s*"?(\d+)"?', own)
+    factors = [float(value) for value in re.findall(r'UNIT\s*\[\s*"[^"]*"\s*,\s*([0-9.eE+-]+)', own)] if start else []
+    known = {"m": 1.0, "ft": 0.3048, "us-ft": 1200 / 3937}
+    unit = next((name for factor in factors for name, metres in known.items() if abs(factor / metres - 1) < 1e-7), None)
+    return (f"EPSG:{code[-1]}" if code else None), unit
+
+
+def _node(text: str, start: int) -> str:
+    """Text of a WKT node from behind its opening bracket to the closing one."""
+    depth = 1
+    for match in re.finditer(r'"[^"]*"|[\[\]]', text[start:]):
+        depth += {"[": 1, "]": -1}.get(match.group(), 0)
+        if depth == 0:
+            return text[start : start + match.start()]
+    return text[start:]
+
+
+def _drop_children(body: str) -> str:
+    """WKT node without the parts that carry codes and units of their own."""
+    for name in ("GEOGCS", "GEOGCRS", "GEODCRS", "BASEGEOGCRS", "BASEGEODCRS", "CONVERSION", "VERT_CS", "VERTCRS"):
+        while match := re.search(rf"\b{name}\s*\[", body):
+            body = body[: match.start()] + body[match.end() + len(_node(body, match.end())) + 1 :]
+    return body

@@ -1,0 +1,36 @@
+"""What a file format reader hands on: coordinates as they stand in the file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawScan:
+    """A scan in its own coordinates, unit and axes.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Coordinates as written, finite or not.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds.
+    classification : (n,) uint8, optional
+        ASPRS class of each point.
+    stations : (m, 3) float64, optional
+        Scanner positions that the file itself names.
+    crs : str, optional
+        ``EPSG:code`` that the file declares.
+    unit : str, optional
+        Unit that the file declares, by its short name.
+    """
+
+    points: NDArray[np.float64]
+    gps_time: NDArray[np.float64] | None = None
+    classification: NDArray[np.uint8] | None = None
+    stations: NDArray[np.float64] | None = None
+    crs: str | None = None
+    unit: str | None = None

@@ -1,0 +1,292 @@
+"""From a file, an Open3D cloud or an array to the cloud that all stages share."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from indoor_bim.cloud.cloud import Cloud
+from indoor_bim.cloud.formats import READERS, read_raw
+from indoor_bim.cloud.open3d import as_points
+from indoor_bim.cloud.raw import RawScan
+from indoor_bim.cloud.trajectory import read_trajectory
+from indoor_bim.cloud.units import METRES_PER_UNIT, UP_ROTATIONS, looks_like_millimetres, looks_y_up
+from indoor_bim.errors import ReadError
+from indoor_bim.frame import Frame
+
+logger = logging.getLogger(__name__)
+
+Progress = Callable[[float], None]
+Trajectory = str | Path | ArrayLike | Literal[False] | None
+
+__all__ = ["READERS", "ScanInfo", "as_cloud", "info", "read", "read_trajectory"]
+
+
+def read(
+    path: str | Path,
+    *,
+    unit: str = "auto",
+    up: str = "auto",
+    crs: str | None = None,
+    trajectory: Trajectory = None,
+    progress: Progress | None = None,
+) -> Cloud:
+    """Read a scan: LAS, LAZ, PLY, PCD, XYZ, TXT, ASC, CSV, PTS or E57.
+
+    The points come back in metres, z up, about a local origin: the centre of their bounding box, rounded to a whole metre,
+    which `Cloud.frame` keeps, so that large coordinates lose nothing.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    unit : str
+        Unit of the coordinates: ``m``, ``dm``, ``cm``, ``mm``, ``ft``, ``us-ft``, ``in``; ``auto``: what the file declares, millimetres
+        where nothing else makes sense, else metres.
+    up : str
+        Axis that points up: ``x``, ``y``, ``z``; ``auto``: y where evident, else z.
+    crs : str, optional
+        Coordinate reference system as ``EPSG:code``; none: what the file declares.
+    trajectory : str, Path, (m, 3 or 4) array_like or False, optional
+        Scanner path (file or array: time, x, y, z) in the scan's coordinates; none: ``trajectory.csv`` beside the scan if there is one;
+        False: no path.
+    progress : callable, optional
+        Told the share that has been read, 0 to 1.
+
+    Returns
+    -------
+    Cloud
+
+    Raises
+    ------
+    ReadError
+        If the file is missing, empty, damaged, of an unknown kind or holds fewer than two different points; or if the
+        trajectory is no table of positions.
+    """
+    path = Path(path)
+    raw = read_raw(path, progress)
+    if trajectory is None and (path.parent / "trajectory.csv").is_file() and path.name != "trajectory.csv":
+        trajectory = path.parent / "trajectory.csv"
+    return _cloud(raw, source=path.name, where=str(path), unit=unit, up=up, crs=crs, trajectory=trajectory)
+
+
+def as_cloud(
+    scan: Any,
+    *,
+    unit: str = "auto",
+    up: str = "auto",
+    crs: str | None = None,
+    trajectory: Trajectory = None,
+    progress: Progress | None = None,
+) -> Cloud:
+    """Cloud of whatever a user has at hand.
+
+    Parameters
+    ----------
+    scan : str, Path, Cloud, open3d.geometry.PointCloud, open3d.t.geometry.PointCloud or (n, 3) array_like
+        The scan; not modified. A `Cloud` is returned as it is.
+    unit, up, crs, trajectory, progress
+        As for `read`.
+
+    Returns
+    -------
+    Cloud
+
+    Raises
+    ------
+    ReadError
+        As `read`; also if the object is no cloud.
+
+    Examples
+    --------
+    >>> cloud = as_cloud([[500000.0, 5800000.0, 30.0], [500004.0, 5800003.0, 32.5], [500000.0, 5800003.0, 30.0]])
+    >>> cloud.points[1].tolist(), cloud.frame.origin.tolist()
+    ([2.0, 1.0, 1.5], [500002.0, 5800002.0, 31.0])
+    """
+    if isinstance(scan, Cloud):
+        if trajectory is None:
+            return scan
+        path = None if trajectory is False else _local_path(trajectory, scan.frame)
+        return replace(scan, trajectory=path)
+    if isinstance(scan, (str, Path)):
+        return read(scan, unit=unit, up=up, crs=crs, trajectory=trajectory, progress=progress)
+    try:
+        points = as_points(scan)
+    except (TypeError, ValueError) as error:
+        raise ReadError(f"scan: {error}; pass a path, an Open3D cloud or an (n, 3) array") from error
+    if points.shape[1] != 3:
+        raise ReadError(f"scan: found points with {points.shape[1]} coordinates, expected x, y and z; pass an (n, 3) array")
+    return _cloud(RawScan(points), source="scan", where="scan", unit=unit, up=up, crs=crs, trajectory=trajectory)
+
+
+@dataclass(frozen=True, slots=True)
+class ScanInfo:
+    """What a scan holds, before anything is made of it.
+
+    Parameters
+    ----------
+    source : str
+        Name of the file.
+    points : int
+        Number of finite points.
+    extent : (3,) tuple of float
+        Size along the local x, y and z axes, metres.
+    origin : (3,) tuple of float
+        Local origin in the scan's coordinates and unit.
+    unit_metres : float
+        Metres per unit of the scan.
+    up : str
+        Axis of the scan that points up.
+    spacing : float
+        Median distance to the nearest neighbour, metres.
+    has_time : bool
+        Whether the points have a time.
+    classes : dict of int to int
+        Number of points of each ASPRS class; empty without classification.
+    crs : str or None
+        Coordinate reference system, ``EPSG:code``.
+    trajectory : int
+        Number of scanner positions.
+    warnings : tuple of str
+        What was assumed or left out.
+    """
+
+    source: str
+    points: int
+    extent: tuple[float, float, float]
+    origin: tuple[float, float, float]
+    unit_metres: float
+    up: str
+    spacing: float
+    has_time: bool
+    classes: dict[int, int]
+    crs: str | None
+    trajectory: int
+    warnings: tuple[str, ...]
+
+
+def info(scan: Any, *, unit: str = "auto", up: str = "auto", crs: str | None = None, trajectory: Trajectory = None) -> ScanInfo:
+    """Describe a scan.
+
+    Parameters
+    ----------
+    scan : str, Path, Cloud, open3d.geometry.PointCloud, open3d.t.geometry.PointCloud or (n, 3) array_like
+        The scan.
+    unit, up, crs, trajectory
+        As for `read`.
+
+    Returns
+    -------
+    ScanInfo
+
+    Raises
+    ------
+    ReadError
+        As `read`.
+    """
+    from indoor_bim.cloud.spacing import point_spacing
+
+    cloud = as_cloud(scan, unit=unit, up=up, crs=crs, trajectory=trajectory)
+    size = np.ptp(cloud.points, axis=0)
+    codes, counts = np.unique(cloud.classification, return_counts=True) if cloud.classification is not None else ([], [])
+    return ScanInfo(
+        source=cloud.source,
+        points=len(cloud),
+        extent=(float(size[0]), float(size[1]), float(size[2])),
+        origin=(float(cloud.frame.origin[0]), float(cloud.frame.origin[1]), float(cloud.frame.origin[2])),
+        unit_metres=cloud.frame.scale,
+        up="xyz"[int(np.argmax(np.abs(cloud.frame.rotation[2])))],
+        spacing=point_spacing(cloud.points),
+        has_time=cloud.gps_time is not None,
+        classes={int(code): int(count) for code, count in zip(codes, counts, strict=True)},
+        crs=cloud.crs,
+        trajectory=0 if cloud.trajectory is None else len(cloud.trajectory),
+        warnings=cloud.warnings,
+    )
+
+
+def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: str | None, trajectory: Trajectory) -> Cloud:
+    if unit != "auto" and unit not in METRES_PER_UNIT:
+        raise ReadError(f"{where}: found the unit {unit!r}, expected auto or one of {', '.join(METRES_PER_UNIT)}; correct the option")
+    if up != "auto" and up not in UP_ROTATIONS:
+        raise ReadError(f"{where}: found the up axis {up!r}, expected auto or one of {', '.join(UP_ROTATIONS)}; correct the option")
+    warnings: list[str] = []
+    points, finite = raw.points, slice(None)
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
+    if not np.isfinite(high - low).all():
+        finite = np.isfinite(points).all(axis=1)
+        dropped = len(points) - int(np.count_nonzero(finite))
+        warnings.append(f"{dropped:,} of {len(points):,} points have coordinates that are not finite; they were left out")
+        points = points[finite]
+        low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
+    _check_points(points, low, high, where=where, dropped=len(raw.points) - len(points))
+    axis = up if up != "auto" else "y" if looks_y_up(points) else "z"
+    if up == "auto" and axis == "y":
+        warnings.append("the scan has its floors and ceilings across the y axis: y was taken as up (option up)")
+    name = unit if unit != "auto" else raw.unit or "m"
+    if unit == "auto" and name == "m" and looks_like_millimetres(points, up=axis):
+        name = "mm"
+        height = float(high["xyz".index(axis)] - low["xyz".index(axis)])
+        warnings.append(f"the scan is {height:,.0f} units high: the unit was taken as millimetres (option unit)")
+    elif unit == "auto" and name != "m":
+        warnings.append(f"the file declares the unit {name}: it was taken (option unit)")
+    scale = METRES_PER_UNIT[name]
+    origin = np.round(0.5 * (low + high) * scale) / scale + 0.0
+    frame = Frame(origin, np.array(UP_ROTATIONS[axis]), scale, np.zeros(3))
+    path = None
+    if trajectory is not None and trajectory is not False:
+        path = _local_path(trajectory, frame)
+    elif trajectory is None and raw.stations is not None:
+        path = _local_path(raw.stations, frame)
+    for message in warnings:
+        logger.info("%s: %s", source, message)
+    return Cloud(
+        points=_to_local(points, frame),
+        frame=frame,
+        gps_time=None if raw.gps_time is None else raw.gps_time[finite],
+        classification=None if raw.classification is None else raw.classification[finite],
+        trajectory=path,
+        source=source,
+        crs=crs or raw.crs,
+        warnings=tuple(warnings),
+    )
+
+
+def _check_points(points: NDArray, low: NDArray, high: NDArray, *, where: str, dropped: int) -> None:
+    advice = "expected a scan of a building; check the file or export it again"
+    if len(points) == 0 and dropped:
+        raise ReadError(f"{where}: found no point with finite coordinates among {dropped:,}, {advice}")
+    if len(points) == 0:
+        raise ReadError(f"{where}: found 0 points, {advice}")
+    if len(points) == 1:
+        raise ReadError(f"{where}: found a single point, {advice}")
+    if (low == high).all():
+        raise ReadError(f"{where}: found {len(points):,} points that are all equal, {advice}")
+
+
+def _to_local(points: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
+    """Points in the local frame; turning by quarter turns is a choice of columns, so nothing is rounded."""
+    local = points - frame.origin
+    if frame.scale != 1.0:
+        local *= frame.scale
+    if not np.array_equal(frame.rotation, np.eye(3)):
+        column = np.argmax(np.abs(frame.rotation), axis=1)
+        local = local[:, column] * frame.rotation[np.arange(3), column]
+    return local
+
+
+def _local_path(trajectory: Trajectory, frame: Frame) -> NDArray[np.float64]:
+    if isinstance(trajectory, (str, Path)):
+        path = read_trajectory(trajectory)
+    else:
+        path = np.asarray(trajectory, dtype=np.float64)
+        if path.ndim != 2 or path.shape[1] not in (3, 4):
+            raise ReadError(f"trajectory: found an array of shape {path.shape}, expected (m, 4): t, x, y, z, or (m, 3): x, y, z")
+    times = path[:, :1] if path.shape[1] == 4 else np.full((len(path), 1), np.nan)
+    return np.concatenate([times, frame.to_local(path[:, -3:])], axis=1)

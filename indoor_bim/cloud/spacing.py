@@ -1,0 +1,88 @@
+"""Bounded samples and the point spacing, independent of the order of the points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+MULTIPLIERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
+
+
+def sample_mask(points: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
+    """Choose about `count` points, spread evenly over the points, by a hash of their coordinates.
+
+    The choice depends on each point's coordinates alone, not on the order of the points.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Points.
+    count : int
+        Number of points wanted; all are taken when there are no more than this.
+
+    Returns
+    -------
+    (n,) bool
+    """
+    if len(points) <= count:
+        return np.ones(len(points), dtype=np.bool_)
+    return _hash(np.ascontiguousarray(points + 0.0).view(np.uint64)) < np.uint64(2**64 * (count / len(points)))
+
+
+def point_spacing(points: ArrayLike, *, sample_size: int = 100_000) -> float:
+    """Median distance from a point to its nearest neighbour at another place.
+
+    Large clouds are sampled in blocks, so that every chosen point keeps its true neighbours; the blocks are chosen
+    by a hash of their place, so the result does not depend on the order of the points.
+
+    Parameters
+    ----------
+    points : (n, 3) array_like
+        Points, any unit.
+    sample_size : int
+        Number of points to look at, roughly.
+
+    Returns
+    -------
+    float
+        Spacing in the unit of the points; NaN with fewer than two different points.
+
+    Examples
+    --------
+    >>> x, y = np.meshgrid(np.arange(20) * 0.05, np.arange(20) * 0.05)
+    >>> round(point_spacing(np.stack([x.ravel(), y.ravel(), 0 * x.ravel()], axis=1)), 6)
+    0.05
+    """
+    from scipy.spatial import cKDTree
+
+    xyz = np.unique(_blocks(np.asarray(points, dtype=np.float64), sample_size), axis=0)
+    if len(xyz) < 2:
+        return float("nan")
+    distance, _ = cKDTree(xyz, balanced_tree=False).query(xyz, k=2)
+    return float(np.median(distance[:, 1]))
+
+
+def _blocks(xyz: NDArray[np.float64], sample_size: int) -> NDArray[np.float64]:
+    """Points of evenly spread blocks that hold about `sample_size` points together."""
+    if len(xyz) <= 2 * sample_size:
+        return xyz
+    low, high = np.quantile(xyz[sample_mask(xyz, sample_size)], [0.01, 0.99], axis=0)
+    edge = max(float((high - low).max()) / 64, np.finfo(np.float64).tiny)
+    key = _hash(np.floor((xyz - low) / edge).astype(np.int64).view(np.uint64))
+    for share in sample_size / len(xyz) * 4.0 ** np.arange(10):
+        chosen = key < np.uint64(2**64 * min(share, 0.999999))
+        if np.count_nonzero(chosen) >= sample_size // 4:
+            return xyz[chosen]
+    return xyz
+
+
+def _hash(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Well mixed 64-bit hash of each row."""
+    mixed = np.zeros(len(words), dtype=np.uint64)
+    for column, factor in zip(words.T, MULTIPLIERS, strict=False):
+        mixed ^= column
+        mixed *= factor
+        mixed ^= mixed >> np.uint64(32)
+    mixed *= MULTIPLIERS[0]
+    mixed ^= mixed >> np.uint64(29)
+    return mixed
