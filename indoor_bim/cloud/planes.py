@@ -47,7 +47,8 @@ class Plane:
     def height(self, points: Points) -> Points:
         """Signed distances (n,) of points (n, 3) from the plane, metres; positive on the side of the normal."""
         x, y, z = np.asarray(points, dtype=np.float64).T
-        return self.normal[0] * x + self.normal[1] * y + self.normal[2] * z - self.offset
+        height: Points = self.normal[0] * x + self.normal[1] * y + self.normal[2] * z - self.offset
+        return height
 
     def facing(self, up: Points) -> Self:
         """Return the same plane with its normal turned to the side of `up` (3,)."""
@@ -127,14 +128,92 @@ def alone_in_cell(xy: Points, *, grid_count: int) -> Mask:
     step = np.maximum((xy.max(axis=0) - low) / grid_count, MICROMETRE)
     i, j = np.clip(np.rint((xy - low) / step).astype(np.int64), 1, grid_count).T
     cell = (i - 1) * grid_count + (j - 1)
-    return np.bincount(cell, minlength=1)[cell] == 1
+    alone: Mask = np.bincount(cell, minlength=1)[cell] == 1
+    return alone
 
 
-def refit_plane(points: Points, plane: Plane, *, reach: float = 0.25) -> tuple[Plane, float]:
+def sharpest_normal(points: Points, normal: Points) -> Points:
+    """Return the normal near a first guess along which horizontal surfaces pile up most sharply.
+
+    The paper fits each plane once to all points that are alone in their cell; stairs, furniture and surfaces at several heights
+    tilt that fit by degrees. Here tilts about the guess are searched coarse to fine for the largest sum of squared counts
+    of the heights.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Points, evenly thinned, metres.
+    normal : (3,) float64
+        First guess, within some 8 degrees.
+
+    Returns
+    -------
+    (3,) float64
+        Unit normal on the side of the guess.
+    """
+    sample = points[:: max(1, len(points) // 30_000)]
+    sample = sample - np.median(sample, axis=0)
+    turn = rotation_to_z(normal)
+    for half, step, layer in ((8.0, 1.0, 0.15), (1.0, 0.25, 0.08), (0.25, 0.05, 0.04)):
+        x, y, z = (sample @ turn.T).T
+        slopes = np.tan(np.deg2rad(step)) * np.arange(-round(half / step), round(half / step) + 1)
+        tilts = [(a * a + b * b, a, b) for a in slopes for b in slopes]
+        _, _, a, b = max((_peakedness((a * x + b * y + z) / np.sqrt(1 + r), layer), -r, a, b) for r, a, b in tilts)
+        best = turn.T @ np.array([a, b, 1.0])
+        turn = rotation_to_z(best / np.linalg.norm(best))
+    upright: Points = turn[2]
+    return upright
+
+
+def _peakedness(height: Points, layer: float) -> float:
+    index = np.floor(height / layer).astype(np.int64)
+    counts = np.bincount(index - index.min())
+    return float((np.convolve(counts, [0.5, 1.0, 0.5]) ** 2).sum())
+
+
+def horizontal_layers(height: Points, *, layer: float = 0.05, contrast: float = 2.5, share: float = 0.25) -> tuple[Points, Points]:
+    """Heights at which horizontal surfaces lie, from the bottom up.
+
+    Parameters
+    ----------
+    height : (n,) float64
+        Heights of evenly thinned points, metres.
+    layer : float
+        Thickness of the layers that are counted, metres.
+    contrast : float
+        Least number of points in a layer against the median layer.
+    share : float
+        Least number of points in a layer against the fullest layer.
+
+    Returns
+    -------
+    levels : (m,) float64
+        Median height of the points of each layer that stands out, metres.
+    counts : (m,) float64
+        Number of its points.
+    """
+    low, high = np.quantile(height, [0.002, 0.998])
+    step = layer / 2
+    first = np.floor(low / step) - 2
+    index = np.floor(height / step).astype(np.int64) - int(first)
+    inside = (index >= 0) & (index <= (high / step - first) + 2)
+    counts = np.bincount(index[inside], minlength=5)
+    window = np.convolve(counts, [1, 1], mode="full")[: len(counts)].astype(np.float64)
+    usual = float(np.median(window[window > 0]))
+    enough = max(contrast * usual, share * window.max())
+    levels: list[float] = []
+    sizes: list[float] = []
+    padded = np.pad(window, 2)
+    for i in np.flatnonzero(window >= enough):
+        if window[i] == padded[i : i + 5].max() and not (levels and (first + i) * step - levels[-1] < 2 * layer):
+            near = np.abs(height - (first + i) * step) <= layer
+            levels.append(float(np.median(height[near])))
+            sizes.append(float(window[i]))
+    return np.array(levels), np.array(sizes)
+
+
+def refit_plane(points: Points, plane: Plane, *, reach: float = 0.06, least_reach: float = 0.02) -> tuple[Plane, float]:
     """Robust refit of a plane to the points close to it.
-
-    The paper fits once; scans with furniture and drift need the fit repeated on what lies within three standard deviations,
-    estimated by the median absolute deviation.
 
     Parameters
     ----------
@@ -144,27 +223,25 @@ def refit_plane(points: Points, plane: Plane, *, reach: float = 0.25) -> tuple[P
         First guess.
     reach : float
         Distance of points from the first guess that take part in the first step, metres.
+    least_reach : float
+        Distance that is never undercut in the next steps, metres; above the spacing of clouds that were thinned to a grid.
 
     Returns
     -------
     plane : Plane
-        Refitted plane.
+        Plane of the points within three standard deviations (from the median absolute deviation), repeatedly fitted.
     spread : float
-        Standard deviation of its points, metres; NaN if fewer than ten points are near.
+        Standard deviation of these points, metres.
     """
-    spread = np.nan
-    for step in range(12):
+    spread = reach / 3
+    for _ in range(6):
         height = plane.height(points)
         near = np.abs(height) < reach
-        if near.sum() < 10:
-            return plane, np.nan
-        middle = float(np.median(height[near]))
-        spread = float(1.4826 * np.median(np.abs(height[near] - middle)))
-        reach = max(3 * spread, 0.005) if step else max(3 * spread, 0.05)
-        close = np.abs(height - middle) < reach
-        if close.sum() < 10:
-            return plane, np.nan
-        plane = fit_plane(points[close]).facing(plane.normal)
+        if near.sum() < 30:
+            break
+        spread = float(1.4826 * np.median(np.abs(height[near] - np.median(height[near]))))
+        plane = fit_plane(points[near]).facing(plane.normal)
+        reach = float(max(least_reach, min(3 * spread, 0.10)))
     return plane, spread
 
 
@@ -227,7 +304,8 @@ def main_body(points: Points, *, cell: float = 0.5, share: float = 0.02) -> Mask
     label, _ = ndimage.label((count >= max(share * full, 2)).reshape(shape), structure=np.ones((3, 3)))
     in_group = np.bincount(label.ravel(), weights=count)
     in_group[0] = 0
-    return label.ravel()[flat] == int(in_group.argmax())
+    largest: Mask = label.ravel()[flat] == int(in_group.argmax())
+    return largest
 
 
 def vertical_axis(points: Points) -> tuple[Points, Points, str | None]:
@@ -257,7 +335,10 @@ def vertical_axis(points: Points) -> tuple[Points, Points, str | None]:
         normal, warning = axes[2], None
     elif tilt[nearest] <= LARGEST_TILT:
         normal = axes[nearest]
-        warning = f"the cloud's third principal axis is {np.degrees(tilt[2]):.0f}° off the vertical; took the principal axis that is {np.degrees(tilt[nearest]):.0f}° off"
+        warning = (
+            f"the cloud's third principal axis is {np.degrees(tilt[2]):.0f}° off the vertical; "
+            f"took the principal axis that is {np.degrees(tilt[nearest]):.0f}° off"
+        )
     else:
         normal = np.array([0.0, 0.0, 1.0])
         warning = (
@@ -294,18 +375,26 @@ def horizontal_plane(half: Points, *, normal: Points, grid_count: int) -> Plane 
     return fit_plane(flat).facing(normal) if len(flat) >= 30 else None
 
 
+def _median_spacing(points: Points) -> float:
+    from scipy.spatial import cKDTree
+
+    return float(np.median(cKDTree(points).query(points[:: max(1, len(points) // 10_000)], k=2)[0][:, 1]))
+
+
 def _not_outlying(points: Points, *, neighbours: int = 20, ratio: float = 2.0) -> Mask:
     from scipy.spatial import cKDTree
 
     k = min(neighbours + 1, len(points))
     distance = cKDTree(points).query(points, k=k)[0][:, 1:].mean(axis=1)
-    return distance <= distance.mean() + ratio * distance.std()
+    inlying: Mask = distance <= distance.mean() + ratio * distance.std()
+    return inlying
 
 
 def mean_normal(first: Plane, second: Plane) -> Points:
-    """Unit normal (3,) of two planes that ought to be parallel: the mean of their normals (section 2.1, equation 6)."""
+    """Return the unit normal (3,) of two planes that ought to be parallel, the mean of both (section 2.1, equation 6)."""
     total = first.normal + second.facing(first.normal).normal
-    return total / np.linalg.norm(total)
+    unit: Points = total / np.linalg.norm(total)
+    return unit
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -369,38 +458,35 @@ def find_floor_and_ceiling(
         source = points[((points >= low) & (points <= high)).all(axis=1)]
         source = source[np.lexsort(source.T)]
     above = (source - mean) @ up >= 0
-    found: dict[str, tuple[Plane, float]] = {}
-    thin_above = (thin - mean) @ up >= 0
-    for name, half, thin_half in (("floor", source[~above], thin[~thin_above]), ("ceiling", source[above], thin[thin_above])):
-        plane = horizontal_plane(half, normal=up, grid_count=grid_count) if len(half) else None
-        if plane is None:
-            continue
-        plane, spread = refit_plane(thin_half, plane)
-        if np.isfinite(spread) and _stands_out(thin, plane, spread):
-            found[name] = plane, spread
-    if len(found) == 2 and not _are_parallel(found["floor"][0], found["ceiling"][0]):
-        weaker = min(found, key=lambda name: _count_near(thin, *found[name]))
-        slant = np.degrees(_angle(found["floor"][0].normal, found["ceiling"][0].normal))
-        warnings.append(f"floor and ceiling are not parallel ({slant:.1f}° apart); the {weaker} is not used")
-        del found[weaker]
-    if not found:
+    guesses = [horizontal_plane(half, normal=up, grid_count=grid_count) for half in (source[~above], source[above]) if len(half) >= 30]
+    planes = [plane for plane in guesses if plane is not None and np.arccos(plane.normal[2]) <= LARGEST_TILT]
+    guess = mean_normal(planes[0], planes[-1]) if planes else up
+    normal = sharpest_normal(thin, guess)
+    levels = dict(zip(("floor", "ceiling"), _floor_and_ceiling_levels(Plane(normal, 0.0).height(thin)), strict=True))
+    least = 0.02 if len(thin) < 0.8 * len(points) else max(0.02, 1.1 * _median_spacing(thin))
+    reach = max(0.06, least)
+    seen = {
+        name: refit_plane(thin, Plane(normal, level), reach=reach, least_reach=least) for name, level in levels.items() if level is not None
+    }
+    if not seen:
         size = " x ".join(f"{x:.1f}" for x in np.ptp(thin, axis=0))
         raise NothingToReconstructError(
             f"found no floor and no ceiling in {len(points)} points of {size} m: no horizontal surface stands out from the rest; "
             "expected an indoor scan with z roughly up that shows at least one of them"
         )
-    normal = mean_normal(found["floor"][0], found["ceiling"][0]) if len(found) == 2 else next(iter(found.values()))[0].normal
+    if len(seen) == 2 and (slant := _angle(seen["floor"][0].normal, seen["ceiling"][0].normal)) > LARGEST_SLANT:
+        warnings.append(f"floor and ceiling are not parallel: {np.degrees(slant):.1f}° apart")
+    pair = [plane for plane, _ in seen.values()]
+    normal = mean_normal(pair[0], pair[-1])
+    height = Plane(normal, 0.0).height(thin)
     offsets: dict[str, float | None] = {"floor": None, "ceiling": None}
     limits = {"floor": floor_threshold, "ceiling": ceiling_threshold}
-    heights = Plane(normal, 0.0).height(thin)
-    for name, (plane, spread) in found.items():
-        near = np.abs(plane.height(thin)) < max(3 * spread, 0.005)
-        offsets[name] = float(np.median(heights[near]))
+    for name, (plane, spread) in seen.items():
+        near = np.abs(plane.height(thin)) < max(least, min(3 * spread, 0.10))
+        offsets[name] = float(height[near].mean()) if near.any() else levels[name]
         if limits[name] is None:
-            limits[name] = float(np.clip(5 * spread, 0.03, 0.15))
-    for name in ("floor", "ceiling"):
-        if offsets[name] is None:
-            warnings.append(f"the {name} was not seen")
+            limits[name] = float(max(0.03, 1.2 * least, min(5 * spread, 0.15)))
+    warnings += [f"the {name} was not seen" for name in ("floor", "ceiling") if offsets[name] is None]
     return FloorAndCeiling(
         normal=normal,
         floor=offsets["floor"],
@@ -411,28 +497,22 @@ def find_floor_and_ceiling(
     )
 
 
+def _floor_and_ceiling_levels(height: Points) -> tuple[float | None, float | None]:
+    """Heights of the lowest storey's floor and ceiling among the horizontal layers."""
+    levels, counts = horizontal_layers(height)
+    if not len(levels):
+        return None, None
+    for level in levels[counts >= 0.4 * counts.max()]:
+        higher = levels >= level + SMALLEST_HEIGHT
+        if higher.any():
+            return float(level), float(levels[higher & (counts >= 0.7 * counts[higher].max())][0])
+    level = float(levels[np.argmax(counts)])
+    above, below = (height > level + 0.15).sum(), (height < level - 0.15).sum()
+    return (level, None) if above >= below else (None, level)
+
+
 def _angle(a: Points, b: Points) -> float:
     return float(np.arccos(np.clip(abs(float(a @ b)), 0, 1)))
-
-
-def _are_parallel(floor: Plane, ceiling: Plane) -> bool:
-    return _angle(floor.normal, ceiling.normal) <= LARGEST_SLANT
-
-
-def _count_near(points: Points, plane: Plane, spread: float) -> int:
-    return int((np.abs(plane.height(points)) < max(3 * spread, 0.02)).sum())
-
-
-def _stands_out(points: Points, plane: Plane, spread: float, *, factor: float = 2.5) -> bool:
-    """Whether a plane holds clearly more points than parallel layers of the same thickness usually do."""
-    if np.arccos(np.clip(plane.normal[2], -1, 1)) > LARGEST_TILT:
-        return False
-    layer = 2 * max(3 * spread, 0.02)
-    height = plane.height(points)
-    low, high = np.quantile(height, [0.01, 0.99])
-    counts = np.bincount(np.floor((height[(height >= low) & (height <= high)] - low) / layer).astype(np.int64))
-    usual = float(np.median(counts)) if len(counts) else 0.0
-    return float((np.abs(height) < layer / 2).sum()) >= factor * max(usual, 1.0)
 
 
 def level_by_pca(
@@ -477,7 +557,8 @@ def level_by_pca(
     between = (part == WALL) & (height > low) & (height < high)
     if between.sum() < 100:
         raise NothingToReconstructError(
-            f"{cloud.source}: found only {int(between.sum())} points between floor and ceiling of {len(cloud)}; expected walls: scan them too"
+            f"{cloud.source}: found only {int(between.sum())} points between floor and ceiling of {len(cloud)}; "
+            "expected walls: scan them too"
         )
     upright = cloud.points[between] @ turn.T
     walls = thin_evenly(upright, cell=0.05)
@@ -511,4 +592,5 @@ def rotation_to_z(normal: Points) -> Points:
     if z < -1 + 1e-12:
         return np.diag([1.0, -1.0, -1.0])
     cross = np.array([[0.0, 0.0, -x], [0.0, 0.0, -y], [x, y, 0.0]])
-    return np.eye(3) + cross + cross @ cross / (1 + z)
+    turn: Points = np.eye(3) + cross + cross @ cross / (1 + z)
+    return turn
