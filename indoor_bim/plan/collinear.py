@@ -64,7 +64,6 @@ def _joined(walls: Walls, i: int, j: int) -> Walls:
     same = walls.direction[j] @ dominant > 0
     dj = walls.direction[j] if same else -walls.direction[j]
     direction = weight[0] * dominant + weight[1] * dj
-    # the ends of both, weighted by length, say where the common axis lies; its direction is that of the farthest ends if the parts are short
     direction /= np.hypot(*direction)
     normal = np.array([-direction[1], direction[0]])
     middle = (walls.p[rows] + walls.q[rows]) / 2

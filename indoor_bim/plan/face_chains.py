@@ -13,6 +13,9 @@ from indoor_bim.plan.segments import Segments
 Floats = NDArray[np.float64]
 
 PARALLEL_COS = np.cos(np.radians(2.5))  # faces of one line differ less than this in direction
+CROSSING_SINE = np.sin(np.radians(30.0))  # a face that crosses a line differs more than this in direction
+CROSSING_REACH = 0.25  # metres that it reaches beyond the line on both sides: more than a corner's tolerance
+CROSSING_SLACK = 0.10  # metres that a gap is widened by, to hold the faces that bound it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,6 +90,8 @@ class FaceChains:
 def chain_faces(faces: Segments, *, bridged_gap: float, offset_tolerance: float) -> FaceChains:
     """Chain faces that lie on one line, look the same way and are no farther apart than `bridged_gap`.
 
+    A gap that another face crosses is a passage between two walls, such as a corridor, and is never bridged.
+
     Greedy from the longest face: a face joins a line when both its ends are within `offset_tolerance` of it. The line
     is then fitted to all its faces, each weighted by its length.
 
@@ -114,11 +119,8 @@ def chain_faces(faces: Segments, *, bridged_gap: float, offset_tolerance: float)
     direction = np.array([d for _, d in lines]).reshape(-1, 2)
     extents = []
     for k, group in enumerate(members):
-        spans = []
-        for row in group:
-            a, b = sorted(float(x) for x in (np.array([faces.p[row], faces.q[row]]) - point[k]) @ direction[k])
-            spans.append((a, b))
-        extents.append(tuple(merge_intervals(spans, gap=bridged_gap)))
+        spans = [_span(faces, row, point[k], direction[k]) for row in group]
+        extents.append(tuple(_bridged(spans, _crossings(faces, point[k], direction[k]), gap=bridged_gap)))
     sided = np.array([bool(faces.sided[group[0]]) for group in members], dtype=bool)
     return FaceChains(faces, tuple(members), point, direction, sided, tuple(extents))
 
@@ -134,11 +136,36 @@ def _collect(faces: Segments, seed: int, free: NDArray[np.bool_], *, bridged_gap
         & (np.abs((faces.q - p) @ n) < offset_tolerance)
     )
     rows = [int(k) for k in np.flatnonzero(on_line)]
-    spans = {k: tuple(sorted(float(x) for x in (np.array([faces.p[k], faces.q[k]]) - p) @ d)) for k in rows}
-    for lo, hi in merge_intervals(spans.values(), gap=bridged_gap):  # type: ignore[arg-type]
+    spans = {k: _span(faces, k, p, d) for k in rows}
+    for lo, hi in _bridged(list(spans.values()), _crossings(faces, p, d), gap=bridged_gap):
         if lo <= spans[seed][0] and spans[seed][1] <= hi:
             return tuple(k for k in rows if lo <= spans[k][0] and spans[k][1] <= hi)
     return (seed,)
+
+
+def _span(faces: Segments, row: int, point: Floats, direction: Floats) -> Interval:
+    """Stretch of a line that a face covers, in metres from `point`."""
+    a, b = sorted(float(x) for x in (np.array([faces.p[row], faces.q[row]]) - point) @ direction)
+    return a, b
+
+
+def _crossings(faces: Segments, point: Floats, direction: Floats) -> Floats:
+    """Places where faces cross a line and reach beyond it on both sides."""
+    normal = np.array([-direction[1], direction[0]])
+    a, b = (faces.p - point) @ normal, (faces.q - point) @ normal
+    through = (np.minimum(a, b) < -CROSSING_REACH) & (np.maximum(a, b) > CROSSING_REACH)
+    crossing = (np.abs(faces.direction @ normal) > CROSSING_SINE) & through
+    share = a[crossing] / (a[crossing] - b[crossing])
+    hits = faces.p[crossing] + share[:, None] * (faces.q - faces.p)[crossing]
+    places: Floats = (hits - point) @ direction
+    return places
+
+
+def _bridged(spans: list[Interval], crossings: Floats, *, gap: float) -> list[Interval]:
+    """Union of spans over gaps that no face crosses; spans that touch are joined in any case."""
+    touching = merge_intervals(spans, gap=0.05)
+    barriers = [float(x) + shift for x in crossings for shift in (-CROSSING_SLACK, 0.0, CROSSING_SLACK)]
+    return merge_intervals(touching, gap=gap, barriers=barriers)
 
 
 def _fit(faces: Segments, group: tuple[int, ...]) -> tuple[Floats, Floats]:

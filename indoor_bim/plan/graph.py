@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -50,6 +51,7 @@ def join_walls(walls: Walls, *, snap: float = 0.30) -> tuple[Walls, tuple[Meetin
     meetings : tuple of Meeting
         Corners, sorted by position.
     """
+    walls = split_crossings(walls, snap=snap)
     choice = {(a, e): _choose(walls, a, e, snap=snap) for a in range(len(walls)) for e in (0, 1)}
     p, q = walls.p.copy(), walls.q.copy()
     for (a, e), found in choice.items():
@@ -63,6 +65,51 @@ def join_walls(walls: Walls, *, snap: float = 0.30) -> tuple[Walls, tuple[Meetin
         if found is not None and not turned[a]:
             incidences.append((found[1], a, e, found[0]))
     return moved, _meetings(moved, incidences)
+
+
+def split_crossings(walls: Walls, *, snap: float = 0.30) -> Walls:
+    """Cut the shorter of two walls that cross, so that it meets the longer one from both sides.
+
+    Parameters
+    ----------
+    walls : Walls
+        Walls in metres.
+    snap : float
+        Stubs no longer than this beyond the other wall's face are left to be trimmed, metres.
+    """
+    while True:
+        cut = _first_crossing(walls, snap=snap)
+        if cut is None:
+            return walls
+        k, point = cut
+        rest = walls.take(np.arange(len(walls)) != k)
+        share = float(np.hypot(*(point - walls.p[k])) / walls.length[k])
+        row = walls.take([k])
+        halves = []
+        for p, q, part in ((row.p, point[None], share), (point[None], row.q, 1 - share)):
+            halves.append(replace(row, p=p, q=q, support=np.round(row.support * part).astype(np.int64)))
+        table = {name: np.concatenate([getattr(x, name) for x in (rest, *halves)]) for name in Walls.__slots__}
+        walls = replace(walls, **table)
+        walls = walls.take(np.lexsort(np.round(np.column_stack([walls.q, walls.p]).T, 6)))
+
+
+def _first_crossing(walls: Walls, *, snap: float) -> tuple[int, Floats] | None:
+    """The first wall, and the place, where a longer one runs through it."""
+    d, length = walls.direction, walls.length
+    for k in range(len(walls)):
+        cross = d[k, 0] * d[:, 1] - d[k, 1] * d[:, 0]
+        rows = np.flatnonzero((np.abs(cross) > MEETING_SINE) & (np.arange(len(walls)) != k))
+        gap = walls.p[rows] - walls.p[k]
+        mine = (gap[:, 0] * d[rows, 1] - gap[:, 1] * d[rows, 0]) / cross[rows]
+        theirs = (gap[:, 0] * d[k, 1] - gap[:, 1] * d[k, 0]) / cross[rows]
+        stub = walls.thickness[rows] / 2 / np.abs(cross[rows]) + snap
+        other_stub = walls.thickness[k] / 2 / np.abs(cross[rows]) + snap
+        crossing = (mine > stub) & (mine < length[k] - stub) & (theirs > other_stub) & (theirs < length[rows] - other_stub)
+        crossing &= (length[rows] > length[k]) | ((length[rows] == length[k]) & (rows < k))
+        if crossing.any():
+            best = np.flatnonzero(crossing)[np.argmin(mine[crossing])]
+            return k, walls.p[k] + mine[best] * d[k]
+    return None
 
 
 def wall_graph(walls: Walls, meetings: tuple[Meeting, ...]) -> nx.Graph:
@@ -87,7 +134,7 @@ def wall_graph(walls: Walls, meetings: tuple[Meeting, ...]) -> nx.Graph:
         d = walls.direction[k]
         stops.sort(key=lambda s: (float(np.dot(s, d)), s))
         nodes = [(round(float(x), 4), round(float(y), 4)) for x, y in stops]
-        for a, b in zip(nodes, nodes[1:], strict=False):
+        for a, b in itertools.pairwise(nodes):
             if a != b:
                 graph.add_edge(a, b, wall=k, length=float(np.hypot(a[0] - b[0], a[1] - b[1])))
     return graph
@@ -125,9 +172,9 @@ def _meetings(walls: Walls, incidences: list[tuple[Floats, int, int, int]]) -> t
     tolerance = 0.02
     clusters: list[tuple[Floats, set[int]]] = []
     for point, a, _, b in incidences:
-        for k, (other, members) in enumerate(clusters):
+        for other, members in clusters:
             if np.hypot(*(other - point)) < tolerance:
-                clusters[k][1].update((a, b))
+                members.update((a, b))
                 break
         else:
             clusters.append((point, {a, b}))

@@ -7,8 +7,8 @@ from collections.abc import Iterable
 Interval = tuple[float, float]
 
 
-def merge_intervals(intervals: Iterable[Interval], *, gap: float = 0.0) -> list[Interval]:
-    """Union of intervals, closing gaps that are no wider than `gap`.
+def merge_intervals(intervals: Iterable[Interval], *, gap: float = 0.0, barriers: Iterable[float] = ()) -> list[Interval]:
+    """Union of intervals, closing gaps that are no wider than `gap` and hold no barrier.
 
     Parameters
     ----------
@@ -16,15 +16,20 @@ def merge_intervals(intervals: Iterable[Interval], *, gap: float = 0.0) -> list[
         Intervals (lower, upper).
     gap : float
         Widest gap to close.
+    barriers : iterable of float
+        Places that no closed gap may hold.
 
     Examples
     --------
     >>> merge_intervals([(4, 5), (0, 1), (1.5, 2)], gap=0.5)
     [(0, 2), (4, 5)]
+    >>> merge_intervals([(0, 1), (1.5, 2)], gap=0.5, barriers=[1.2])
+    [(0, 1), (1.5, 2)]
     """
     out: list[Interval] = []
+    stops = tuple(barriers)
     for lo, hi in sorted(intervals):
-        if out and lo - out[-1][1] <= gap:
+        if out and lo - out[-1][1] <= gap and not any(out[-1][1] <= stop <= lo for stop in stops):
             out[-1] = (out[-1][0], max(out[-1][1], hi))
         else:
             out.append((lo, hi))

@@ -83,12 +83,9 @@ def _caps(walls: Walls, meeting: Meeting) -> dict[tuple[int, int], list[Floats]]
             # face of this wall on that side against the neighbour's face that looks towards it
             turned = np.array([-direction[1], direction[0]])
             corners.append(
-                _crossing(
-                    point + side * half * left, away, point - side * walls.thickness[other] / 2 * turned, direction, point, reach
-                )
+                _crossing(point + side * half * left, away, point - side * walls.thickness[other] / 2 * turned, direction, point, reach)
             )
         ring = [corners[1], point, corners[0]] if len(arms) > 1 and not through else [corners[1], corners[0]]
-        # `away` leaves the corner: to the left of the axis at the start is corners[0]; seen along p -> q rings run left, right | right, left
         out[(k, end)] = ring[::-1]
     return out
 

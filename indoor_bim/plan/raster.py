@@ -43,3 +43,27 @@ class Raster:
         out = np.full(len(rc), outside, dtype=np.result_type(self.image.dtype, type(outside)))
         out[inside] = self.image[rc[inside, 0], rc[inside, 1]]
         return out
+
+
+def count_raster(xy: Floats, *, cell: float) -> Raster:
+    """Count points per pixel.
+
+    Parameters
+    ----------
+    xy : (n, 2) float64
+        Points, metres.
+    cell : float
+        Side of a pixel, metres; pixels lie on multiples of it.
+
+    Examples
+    --------
+    >>> count_raster(np.array([[0.1, 0.1], [0.2, 0.1], [1.5, 0.1]]), cell=1.0).image.tolist()
+    [[2, 1]]
+    """
+    if not len(xy):
+        return Raster(np.zeros((1, 1), dtype=np.int64), np.zeros(2), cell)
+    index = np.floor(np.asarray(xy, dtype=np.float64) / cell).astype(np.int64)
+    low = index.min(axis=0)
+    columns, rows = index.max(axis=0) - low + 1
+    key = (index[:, 1] - low[1]) * columns + index[:, 0] - low[0]
+    return Raster(np.bincount(key, minlength=int(rows * columns)).reshape(rows, columns), low * cell, cell)

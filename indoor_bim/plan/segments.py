@@ -72,12 +72,14 @@ class Segments:
     @property
     def length(self) -> Floats:
         """(m,) float64 lengths in metres."""
-        return np.hypot(*(self.q - self.p).T)
+        metres: Floats = np.hypot(*(self.q - self.p).T)
+        return metres
 
     @property
     def direction(self) -> Floats:
         """(m, 2) float64 unit vectors from p to q."""
-        return (self.q - self.p) / np.maximum(self.length, 1e-12)[:, None]
+        unit: Floats = (self.q - self.p) / np.maximum(self.length, 1e-12)[:, None]
+        return unit
 
     @property
     def normal(self) -> Floats:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
@@ -17,6 +18,7 @@ Floats = NDArray[np.float64]
 
 ANTIPARALLEL_COS = np.cos(np.radians(4.0))  # two faces of one wall differ less than this in direction
 ASSUMED_THICKNESS = 0.20  # metres, where a building shows not a single wall from both sides
+TOUCHING = 0.05  # metres between stretches that are one
 SHORTEST_OVERLAP = 0.10  # metres that two faces share at least to be one wall
 
 
@@ -60,12 +62,14 @@ class Walls:
     @property
     def length(self) -> Floats:
         """(m,) float64 lengths of the centre lines, metres."""
-        return np.hypot(*(self.q - self.p).T)
+        metres: Floats = np.hypot(*(self.q - self.p).T)
+        return metres
 
     @property
     def direction(self) -> Floats:
         """(m, 2) float64 unit vectors from p to q."""
-        return (self.q - self.p) / np.maximum(self.length, 1e-12)[:, None]
+        unit: Floats = (self.q - self.p) / np.maximum(self.length, 1e-12)[:, None]
+        return unit
 
     @property
     def normal(self) -> Floats:
@@ -133,12 +137,10 @@ def walls_from_faces(
     """
     if not len(faces):
         return _stack([])
-    chains = chain_faces(
-        _oriented(faces, max_thickness=max_thickness), bridged_gap=bridged_gap, offset_tolerance=offset_tolerance
-    )
+    chains = chain_faces(_oriented(faces, max_thickness=max_thickness), bridged_gap=bridged_gap, offset_tolerance=offset_tolerance)
     pieces = _pieces(chains, min_thickness=min_thickness, max_thickness=max_thickness)
     pairs = sorted({(min(x.chain, x.partner), max(x.chain, x.partner)) for x in pieces if x.partner is not None})
-    two_sided = [wall for pair in pairs for wall in _two_sided(chains, pair, pieces, bridged_gap=bridged_gap)]
+    two_sided = [wall for pair in pairs for wall in _two_sided(chains, pair, pieces)]
     if usual_thickness is None:
         usual_thickness = _usual(two_sided)
     one_sided = [
@@ -183,18 +185,18 @@ def _pieces(chains: FaceChains, *, min_thickness: float, max_thickness: float) -
         for lo, hi in chains.extents[i]:
             cuts = sorted({lo, hi, *(x for _, _, (a, b) in options[i] for x in (a, b) if lo < x < hi)})
             labels: list[int | None] = []
-            for a, b in zip(cuts, cuts[1:], strict=False):
+            for a, b in itertools.pairwise(cuts):
                 middle = (a + b) / 2
                 here = [(t, j) for t, j, (u, v) in options[i] if u <= middle <= v]
                 labels.append(min(here)[1] if here else None)
-            spans = _filled([(a, b) for a, b in zip(cuts, cuts[1:], strict=False)], labels)
+            spans = _filled([(a, b) for a, b in itertools.pairwise(cuts)], labels)
             out += [_Piece(i, partner, span) for span, partner in spans]
     return out
 
 
 def _opposite(chains: FaceChains, i: int, *, min_thickness: float, max_thickness: float) -> list[tuple[float, int, Interval]]:
     """Chains across a wall from chain i: (thickness, chain, interval along i) of every shared stretch."""
-    out = []
+    out: list[tuple[float, int, Interval]] = []
     if not chains.sided[i]:
         return out
     candidates = np.flatnonzero(chains.sided & (chains.direction @ chains.direction[i] < -ANTIPARALLEL_COS))
@@ -231,7 +233,7 @@ def _filled(spans: list[Interval], labels: list[int | None]) -> list[tuple[Inter
     return out
 
 
-def _two_sided(chains: FaceChains, pair: tuple[int, int], pieces: list[_Piece], *, bridged_gap: float) -> list[Walls]:
+def _two_sided(chains: FaceChains, pair: tuple[int, int], pieces: list[_Piece]) -> list[Walls]:
     """Walls between two chains that look away from each other."""
     i, j = pair
     di = chains.direction[i]
@@ -246,7 +248,7 @@ def _two_sided(chains: FaceChains, pair: tuple[int, int], pieces: list[_Piece], 
             a, b = sorted(float(x) for x in ends @ direction)
             spans.append((a, b))
     out = []
-    for a, b in merge_intervals(spans, gap=bridged_gap):
+    for a, b in merge_intervals(spans, gap=TOUCHING):
         middle = (a + b) / 2
         offsets = [chains.offset_at(k, direction=direction, along=middle) for k in (i, j)]
         axis = float(np.mean(offsets))
@@ -291,9 +293,7 @@ def _usual(walls: list[Walls]) -> float:
     return float(t[order][np.searchsorted(np.cumsum(length[order]), length.sum() / 2)])
 
 
-def _wall(
-    *, p: Floats, q: Floats, thickness: float, measured: bool, seen_left: bool, evidence: tuple[int, float, float, float]
-) -> Walls:
+def _wall(*, p: Floats, q: Floats, thickness: float, measured: bool, seen_left: bool, evidence: tuple[int, float, float, float]) -> Walls:
     support, coverage, rmse, top = evidence
     return Walls(
         p=p[None],

@@ -1,0 +1,218 @@
+"""From plan geometry to the building model: identifiers, heights, rooms, slabs and evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.model import Column, Evidence, Joint, Outline, Ring, Room, Slab, Storey, Wall
+from indoor_bim.plan.graph import Meeting
+from indoor_bim.plan.walls import Walls
+
+if TYPE_CHECKING:
+    import shapely
+
+Floats = NDArray[np.float64]
+
+DECIMALS = 4  # model coordinates are kept to 0.1 mm
+SLAB_THICKNESS = 0.20  # metres; a scan shows one face of a slab only
+PROBE = 0.15  # metres beyond a face: where the room on that side is looked for
+OUTSIDE_PROBE = 1.0  # metres beyond the unseen face: what lies there is the outside, if nothing of the building does
+
+
+def build_storey(
+    walls: Walls,
+    meetings: Sequence[Meeting],
+    footprints: Sequence[shapely.Polygon],
+    rooms: Sequence[shapely.Polygon],
+    *,
+    floor: float,
+    ceiling: float,
+    number: int = 1,
+    name: str | None = None,
+    room_evidence: Sequence[Evidence] = (),
+    room_levels: Sequence[tuple[float, float]] = (),
+    columns: Sequence[shapely.Polygon] = (),
+) -> Storey:
+    """Storey of the building model from joined walls and rooms.
+
+    Parameters
+    ----------
+    walls : Walls
+        Joined walls, metres.
+    meetings : sequence of Meeting
+        Their corners.
+    footprints : sequence of shapely.Polygon
+        Their outlines.
+    rooms : sequence of shapely.Polygon
+        Free space of each room.
+    floor, ceiling : float
+        Levels of the storey in model coordinates, metres.
+    number : int
+        Storey number from the bottom, from 1; part of every identifier.
+    name : str, optional
+        Name of the storey.
+    room_evidence : sequence of Evidence
+        What each room rests on; may be empty.
+    room_levels : sequence of (float, float)
+        Floor and ceiling of each room where they differ from the storey's, metres; may be empty.
+    columns : sequence of shapely.Polygon
+        Outlines of free-standing columns.
+    """
+    prefix = f"S{number}"
+    external = external_walls(walls, footprints, rooms)
+    wall_ids = [f"{prefix}-W{k + 1:03d}" for k in range(len(walls))]
+    model_walls = tuple(
+        Wall(
+            id=wall_ids[k],
+            name=f"Wall {k + 1}",
+            axis=(_point(walls.p[k]), _point(walls.q[k])),
+            thickness=round(float(walls.thickness[k]), DECIMALS),
+            thickness_measured=bool(walls.measured[k]),
+            base=round(floor, DECIMALS),
+            height=round(_wall_height(float(walls.top[k]), ceiling - floor), DECIMALS),
+            footprint=_ring(footprints[k]),
+            external=external[k],
+            evidence=Evidence(
+                support=int(walls.support[k]),
+                coverage=round(float(np.clip(walls.coverage[k], 0, 1)), 3),
+                rmse=round(float(walls.rmse[k]), DECIMALS) if np.isfinite(walls.rmse[k]) else None,
+                sides=2 if walls.measured[k] else 1,
+            ),
+        )
+        for k in range(len(walls))
+    )
+    bounds = _bounding_walls(rooms, footprints)
+    levels = list(room_levels) or [(floor, ceiling)] * len(rooms)
+    proofs = list(room_evidence) or [Evidence()] * len(rooms)
+    model_rooms = tuple(
+        Room(
+            id=f"{prefix}-R{k + 1:02d}",
+            name=f"Room {k + 1}",
+            outline=_outline(room),
+            floor=round(levels[k][0], DECIMALS),
+            height=round(levels[k][1] - levels[k][0], DECIMALS),
+            walls=tuple(wall_ids[i] for i in bounds[k]),
+            evidence=proofs[k],
+        )
+        for k, room in enumerate(rooms)
+    )
+    return Storey(
+        id=prefix,
+        name=name or f"Storey {number}",
+        elevation=round(floor, DECIMALS),
+        height=round(ceiling - floor, DECIMALS),
+        walls=model_walls,
+        joints=tuple(Joint(_point(np.array(m.point)), tuple(wall_ids[w] for w in m.walls), m.ends) for m in meetings),
+        columns=tuple(
+            Column(f"{prefix}-C{k + 1:02d}", f"Column {k + 1}", _ring(column), round(floor, DECIMALS), round(ceiling - floor, DECIMALS))
+            for k, column in enumerate(columns)
+        ),
+        rooms=model_rooms,
+        slabs=_slabs(prefix, footprints, rooms, {"floor": floor, "ceiling": ceiling}),
+    )
+
+
+def external_walls(walls: Walls, footprints: Sequence[shapely.Polygon], rooms: Sequence[shapely.Polygon]) -> list[bool | None]:
+    """Tell which walls face the outside.
+
+    A wall between two rooms is internal. A wall with a room on one side is external when nothing of the building lies beyond
+    its other face, bays and gaps between rooms counted as building. Everything else is not known.
+
+    Parameters
+    ----------
+    walls : Walls
+        Joined walls, metres.
+    footprints, rooms : sequence of shapely.Polygon
+        Their outlines and the rooms between them.
+    """
+    import shapely
+
+    if not rooms:
+        return [None] * len(walls)
+    tree = shapely.STRtree(list(rooms))
+    hull = shapely.union_all([*rooms, *footprints]).buffer(2.0, join_style="mitre").buffer(-2.0, join_style="mitre")
+    hull = shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(hull) if part.geom_type == "Polygon"])
+    out: list[bool | None] = []
+    for k in range(len(walls)):
+        share = (np.arange(10) + 0.5) / 10
+        line = walls.p[k] + share[:, None] * (walls.q[k] - walls.p[k])
+        has_room, outside = [], []
+        for side in (1.0, -1.0):
+            near = line + side * (walls.thickness[k] / 2 + PROBE) * walls.normal[k]
+            far = line + side * (walls.thickness[k] / 2 + OUTSIDE_PROBE) * walls.normal[k]
+            inside = np.unique(tree.query(shapely.points(near), predicate="within")[0])
+            has_room.append(len(inside) >= 3)
+            outside.append(float((~shapely.contains_xy(hull, far[:, 0], far[:, 1])).mean()) > 0.8)
+        if all(has_room):
+            out.append(False)
+        elif any(has_room):
+            out.append(True if outside[has_room.index(False)] else None)
+        else:
+            out.append(None)
+    return out
+
+
+def _wall_height(top: float, storey: float) -> float:
+    return top if np.isfinite(top) and top > 0.1 else storey
+
+
+def _bounding_walls(rooms: Sequence[shapely.Polygon], footprints: Sequence[shapely.Polygon]) -> list[list[int]]:
+    """Rows of the walls that touch each room along a stretch."""
+    import shapely
+
+    if not rooms or not footprints:
+        return [[] for _ in rooms]
+    tree = shapely.STRtree(list(footprints))
+    out = []
+    for room in rooms:
+        ring = room.buffer(0.03, join_style="mitre").difference(room)
+        near = sorted(int(k) for k in tree.query(room, predicate="dwithin", distance=0.03))
+        out.append([k for k in near if footprints[k].intersection(ring).area > 0.03 * 0.10])
+    return out
+
+
+def _slabs(
+    prefix: str, footprints: Sequence[shapely.Polygon], rooms: Sequence[shapely.Polygon], levels: Mapping[str, float]
+) -> tuple[Slab, ...]:
+    """Floor and ceiling plates under and over everything that walls enclose."""
+    import shapely
+
+    if not footprints and not rooms:
+        return ()
+    # a hair wider before, narrower after: outlines that touch in rounded coordinates become one
+    plan = shapely.union_all([*rooms, *footprints]).buffer(0.005, join_style="mitre").buffer(-0.005, join_style="mitre")
+    parts = [shapely.Polygon(part.exterior).simplify(0.001) for part in shapely.get_parts(plan) if part.geom_type == "Polygon"]
+    parts.sort(key=lambda part: (-round(part.area, 3), part.bounds))
+    out = []
+    for kind, level in levels.items():
+        for k, part in enumerate(parts):
+            out.append(
+                Slab(
+                    id=f"{prefix}-{kind.capitalize()}{k + 1}",
+                    name=f"{kind.capitalize()} {k + 1}",
+                    kind="floor" if kind == "floor" else "ceiling",
+                    outline=_outline(part),
+                    level=round(level, DECIMALS),
+                    thickness=SLAB_THICKNESS,
+                )
+            )
+    return tuple(out)
+
+
+def _point(xy: Floats) -> tuple[float, float]:
+    return round(float(xy[0]), DECIMALS) + 0.0, round(float(xy[1]), DECIMALS) + 0.0
+
+
+def _ring(polygon: shapely.Polygon) -> Ring:
+    return _outline(polygon).exterior
+
+
+def _outline(polygon: shapely.Polygon) -> Outline:
+    import shapely
+
+    rings = [[_point(np.array(c)) for c in ring.coords] for ring in (polygon.exterior, *polygon.interiors)]
+    return Outline.from_polygon(shapely.Polygon(rings[0], rings[1:]))

@@ -1,0 +1,46 @@
+"""What a method finds out about one storey: the common product that walls, rooms and the model are made from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.segments import Segments
+
+if TYPE_CHECKING:
+    import shapely
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoreyPlan:
+    """Wall faces, levels and free space of one storey in model coordinates, metres.
+
+    Parameters
+    ----------
+    faces : Segments
+        Faces of walls; free space to the left where `sided`.
+    floor : float or None
+        Level of the floor; None where it was not seen.
+    ceiling : float or None
+        Level of the ceiling; None where it was not seen.
+    seen : Raster, optional
+        Image that is not zero where floor or ceiling was seen: free space.
+    rooms : tuple of shapely.Polygon
+        Free space of closed rooms, where the method finds them itself.
+    room_levels : tuple of (float, float)
+        Floor and ceiling of each of these rooms.
+    columns : tuple of shapely.Polygon
+        Outlines of free-standing columns.
+    warnings : tuple of str
+        What was not seen or is doubtful.
+    """
+
+    faces: Segments
+    floor: float | None
+    ceiling: float | None
+    seen: Raster | None = None
+    rooms: tuple[shapely.Polygon, ...] = ()
+    room_levels: tuple[tuple[float, float], ...] = ()
+    columns: tuple[shapely.Polygon, ...] = ()
+    warnings: tuple[str, ...] = ()
