@@ -43,6 +43,31 @@ class WallParams(Stage):
     max_thickness: float = Field(0.60, gt=0, le=2, description="Thickest wall in metres.")
 
 
+class SimulateParams(Stage):
+    """A virtual scan; the defaults are those of a backpack with two spinning multi-line heads."""
+
+    movement: Literal["walk", "stations"] = Field("walk", description="Walked through the building, or standing on tripods.")
+    head_tilts: tuple[float, ...] = Field((10.0, 70.0), min_length=1, max_length=8, description="Angle between the spin axis of each head and the vertical, degrees, tilted backwards.")
+    lines: int = Field(16, ge=1, le=256, description="Laser lines of each head.")
+    line_fov: float = Field(30.0, gt=0, le=180, description="Angle between the outermost lines in degrees.")
+    spin_rate: float = Field(10.0, gt=0, le=100, description="Turns of a head per second.")
+    speed: float = Field(0.8, gt=0, le=5, description="Walking speed in metres per second.")
+    sensor_height: float = Field(1.75, gt=0, le=5, description="Height of the sensor above the floor in metres.")
+    max_range: float = Field(60.0, gt=0, le=1000, description="Largest measured distance in metres.")
+    range_noise: float = Field(0.012, ge=0, le=0.5, description="Standard deviation of a measured distance in metres.")
+    dropout: float = Field(0.03, ge=0, lt=1, description="Share of rays that give nothing.")
+    mixed_pixels: float = Field(0.01, ge=0, le=1, description="Share of rays wide enough to average two surfaces at an edge.")
+    drift: float = Field(0.015, ge=0, le=1, description="Root mean square error of the positions of the path in metres.")
+    drift_yaw: float = Field(0.03, ge=0, le=5, description="Root mean square error of the headings of the path in degrees.")
+    glass_return: float = Field(0.08, ge=0, le=1, description="Share of rays that return from a pane.")
+    glass_reflection: float = Field(0.04, ge=0, le=1, description="Share of rays that a pane mirrors, seen as ghosts behind it.")
+    furniture: bool = Field(True, description="Furnish the rooms and build surroundings.")
+    people: int = Field(0, ge=0, le=10, description="People who walk along with the scanner.")
+    map_tilt: float | None = Field(None, ge=0, le=90, description="Tilt of the scan's axes in degrees; none: drawn from the seed, up to 15.")
+    map_yaw: float | None = Field(None, ge=-360, le=360, description="Turn of the scan's axes in degrees; none: drawn from the seed.")
+    map_origin: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="Scan coordinates of the first sensor position in metres, such as UTM.")
+
+
 class Params(Stage):
     """All stages of the toolkit."""
 
