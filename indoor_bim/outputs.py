@@ -1,0 +1,91 @@
+"""All files of a run, in one folder."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from indoor_bim.config import to_toml
+from indoor_bim.errors import ConfigError, WriteError
+from indoor_bim.export.files import write_text
+from indoor_bim.export.registry import write
+from indoor_bim.model import Building
+from indoor_bim.params import Params
+
+FILES: Mapping[str, str] = MappingProxyType(
+    {"ifc": "model.ifc", "obj": "model.obj", "ply": "model.ply", "svg": "plan.svg", "json": "model.json"}
+)
+
+
+def prepare_folder(folder: str | Path, *, formats: Sequence[str]) -> Path:
+    """Make the folder for the results, before anything is computed.
+
+    Parameters
+    ----------
+    folder : path
+        Folder to make or to use.
+    formats : sequence of str
+        What will be written; keys of `FILES`.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such format.
+    WriteError
+        If the folder cannot be made.
+    """
+    unknown = [name for name in formats if name not in FILES]
+    if unknown:
+        raise ConfigError(f'formats: there is no "{unknown[0]}"; expected some of {", ".join(sorted(FILES))}')
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WriteError(f"{path}: cannot make this folder ({error.strerror}); name a folder you may write to.") from None
+    return path
+
+
+def write_outputs(
+    building: Building, folder: Path, *, formats: Sequence[str], params: Params, derived: Mapping[str, Any], scan: Path | None
+) -> tuple[Path, ...]:
+    """Write the model in every format, and the parameters that made it.
+
+    Parameters
+    ----------
+    building : Building
+        The model.
+    folder : path
+        Folder that exists.
+    formats : sequence of str
+        Keys of `FILES`.
+    params : Params
+        Parameters of the run.
+    derived : mapping of str to value
+        Values derived from the scan, by ``stage.name``.
+    scan : path, optional
+        Scan file, to note its checksum.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+    """
+    from indoor_bim import __version__
+
+    header = [f"indoor-bim {__version__}, method {building.method}", f"scan {building.source}"]
+    if scan is not None:
+        header.append(f"sha256 {_checksum(scan)}")
+    paths = [folder / FILES[name] for name in FILES if name in formats]
+    for path in paths:
+        write(building, path)
+    settings = folder / "params.toml"
+    write_text(settings, to_toml(params, header=header, derived=derived))
+    return (*paths, settings)
+
+
+def _checksum(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,140 @@
+"""The whole way from a scan to a building model, every stage in order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from indoor_bim.errors import ConfigError, NothingToReconstructError
+from indoor_bim.methods import METHODS, Reconstruction
+from indoor_bim.model import Building
+from indoor_bim.params import Params
+from indoor_bim.stages import Progress, Stages
+
+if TYPE_CHECKING:
+    from indoor_bim.cloud.cloud import Cloud
+
+DEFAULT_METHOD = "slope"
+FORMATS = ("ifc", "obj", "svg", "json")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Result:
+    """A building model and how it came about.
+
+    Parameters
+    ----------
+    building : Building
+        The model.
+    params : Params
+        Parameters that were asked for.
+    derived : dict of str to value
+        Values of parameters that were derived from the scan, by ``stage.name``.
+    stages : dict of str to object
+        Product of every stage, by the name of the stage.
+    timings : dict of str to float
+        Seconds that each stage took.
+    warnings : tuple of str
+        What is missing or doubtful, in sentences.
+    """
+
+    building: Building
+    params: Params
+    derived: dict[str, Any]
+    stages: dict[str, Any]
+    timings: dict[str, float]
+    warnings: tuple[str, ...]
+
+
+def reconstruct(
+    scan: Any,
+    out: str | Path | None = None,
+    *,
+    method: str = DEFAULT_METHOD,
+    params: Params | None = None,
+    trajectory: Any = None,
+    formats: Sequence[str] = FORMATS,
+    progress: Progress | None = None,
+) -> Result:
+    """Make a building model from a laser scan.
+
+    Parameters
+    ----------
+    scan : path, Cloud, open3d point cloud (legacy or tensor), or (n, 3) array_like
+        The scan, z (or y) roughly up, in metres or another unit that is recognised.
+    out : path, optional
+        Folder for model.ifc, model.obj, plan.svg, model.json and params.toml; made if missing. Default: nothing is written.
+    method : str
+        One of `METHODS`.
+    params : Params, optional
+        Parameters; by default everything is derived from the scan.
+    trajectory : path, (m, 4) array_like or False, optional
+        Scanner path as t, x, y, z in scan coordinates; default: ``trajectory.csv`` beside the scan, if there is one.
+    formats : sequence of str
+        What to write of "ifc", "obj", "svg", "json", "ply".
+    progress : callable, optional
+        Called with the name of the stage and the share of it that is done.
+
+    Returns
+    -------
+    Result
+        The model, every stage's product, times and warnings.
+
+    Raises
+    ------
+    ReadError
+        If the scan cannot be read.
+    NothingToReconstructError
+        If there are no walls in it. Files that say why are written to `out` all the same.
+    WriteError
+        If `out` cannot be written.
+    ConfigError
+        If there is no such method.
+    """
+    if method not in METHODS:
+        raise ConfigError(f'method: there is no "{method}"; expected one of {", ".join(sorted(METHODS))}')
+    from indoor_bim.outputs import prepare_folder, write_outputs
+
+    params = params or Params()
+    folder = prepare_folder(out, formats=formats) if out is not None else None
+    stages = Stages(progress)
+
+    from indoor_bim.cloud.read import as_cloud
+
+    with stages("read") as keep:
+        cloud = as_cloud(scan, unit=params.read.unit, up=params.read.up, crs=params.read.crs, trajectory=trajectory)
+        keep(cloud)
+    failure: NothingToReconstructError | None = None
+    found = Reconstruction(frame=cloud.frame)
+    try:
+        found = METHODS[method](cloud, params, stages)
+    except NothingToReconstructError as error:
+        failure = error
+    building = _building(cloud, found, method=method, failure=failure)
+    if failure is None and not any(storey.walls for storey in building.storeys):
+        failure = NothingToReconstructError(f"{cloud.source}: found no wall; expected the scan of a building from inside.")
+        building = _building(cloud, found, method=method, failure=failure)
+    result = Result(building, params, found.derived, stages.products, stages.timings, building.warnings)
+    if folder is not None:
+        with stages("write"):
+            file = Path(scan) if isinstance(scan, str | Path) else None
+            write_outputs(building, folder, formats=formats, params=params, derived=found.derived, scan=file)
+    if failure is not None:
+        raise failure
+    return result
+
+
+def _building(cloud: Cloud, found: Reconstruction, *, method: str, failure: NothingToReconstructError | None) -> Building:
+    """Building model of what a method found."""
+    warnings = [*cloud.warnings, *found.warnings, *([str(failure)] if failure else [])]
+    return Building(
+        name=Path(cloud.source).stem or "Building",
+        storeys=() if failure else found.storeys,
+        transform_cloud_to_model=found.frame.rows(),
+        crs=cloud.crs,
+        source=Path(cloud.source).name,
+        method=method,
+        warnings=tuple(dict.fromkeys(warnings)),
+    )

@@ -1,0 +1,81 @@
+"""From the plan of a storey to a storey of the model: walls, corners, rooms."""
+
+from __future__ import annotations
+
+from indoor_bim.assemble import build_storey
+from indoor_bim.model import Evidence, Storey
+from indoor_bim.plan.collinear import merge_collinear
+from indoor_bim.plan.graph import join_walls, wall_graph
+from indoor_bim.plan.joints import footprints
+from indoor_bim.plan.rooms import observed_share, room_polygons
+from indoor_bim.plan.storey_plan import StoreyPlan
+from indoor_bim.plan.walls import Walls, walls_from_faces
+
+SMALLEST_SHARE_SEEN = 0.3  # of a room's floor or ceiling: less, and it was only looked into
+USUAL_HEIGHT = 2.5  # metres, where neither ceiling nor wall tops were seen
+
+
+def storey_from_plan(
+    plan: StoreyPlan,
+    *,
+    number: int = 1,
+    min_thickness: float = 0.05,
+    max_thickness: float = 0.60,
+    snap: float = 0.30,
+) -> tuple[Storey, Walls, tuple[str, ...]]:
+    """Make walls of faces, join them, find the rooms between them and put all of it into the model.
+
+    Parameters
+    ----------
+    plan : StoreyPlan
+        Faces, levels and free space, metres.
+    number : int
+        Number of the storey from the bottom, from 1.
+    min_thickness, max_thickness : float
+        Bounds of a wall's thickness, metres.
+    snap : float
+        Slack of corners that were not seen, metres.
+
+    Returns
+    -------
+    storey : Storey
+        The storey of the model.
+    walls : Walls
+        Its walls as a table.
+    warnings : tuple of str
+        What had to be assumed.
+    """
+    walls = merge_collinear(walls_from_faces(plan.faces, min_thickness=min_thickness, max_thickness=max_thickness))
+    walls, meetings = join_walls(walls, snap=snap)
+    outlines = footprints(walls, meetings)
+    rooms = room_polygons(wall_graph(walls, meetings), outlines)
+    seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]
+    kept = [k for k in range(len(rooms)) if seen[k] >= SMALLEST_SHARE_SEEN]
+    warnings = list(plan.warnings)
+    floor, ceiling = _levels(plan, walls, warnings)
+    storey = build_storey(
+        walls,
+        meetings,
+        outlines,
+        [rooms[k] for k in kept],
+        floor=floor,
+        ceiling=ceiling,
+        number=number,
+        room_evidence=[Evidence(coverage=round(seen[k], 3), sides=1) for k in kept],
+        columns=plan.columns,
+    )
+    return storey, walls, tuple(warnings)
+
+
+def _levels(plan: StoreyPlan, walls: Walls, warnings: list[str]) -> tuple[float, float]:
+    """Floor and ceiling; from the walls where they were not seen, and said so."""
+    tops = walls.top[walls.top > 0]
+    tallest = float(tops.max()) if len(tops) else USUAL_HEIGHT
+    floor, ceiling = plan.floor, plan.ceiling
+    if floor is None:
+        floor = 0.0 if ceiling is None else min(0.0, ceiling - 1.0)
+        warnings.append("The floor was not seen; walls stand on the lowest wall points.")
+    if ceiling is None:
+        ceiling = floor + tallest
+        warnings.append("The ceiling was not seen; walls end at the highest wall points.")
+    return floor, ceiling
