@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-DECIMALS = 4  # model coordinates are kept to 0.1 mm
+DECIMALS = 6  # model coordinates are kept to a micrometre: coarser ones would make joints overlap
 SLAB_THICKNESS = 0.20  # metres; a scan shows one face of a slab only
 PROBE = 0.15  # metres beyond a face: where the room on that side is looked for
 OUTSIDE_PROBE = 1.0  # metres beyond the unseen face: what lies there is the outside, if nothing of the building does

@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 
 LONGEST_MITRE = 3.0  # a mitre reaches no farther than this times the thicker wall's thickness
 SLIVER = 1e-6  # square metres
+MICROMETRE_DECIMALS = 6  # corners that two walls share are equal to the last digit
 
 
 def footprints(walls: Walls, meetings: tuple[Meeting, ...]) -> list[shapely.Polygon]:
@@ -48,7 +49,7 @@ def footprints(walls: Walls, meetings: tuple[Meeting, ...]) -> list[shapely.Poly
         half = walls.normal[k] * walls.thickness[k] / 2
         start = caps.get((k, 0), [walls.p[k] + half, walls.p[k] - half])  # left to right, seen along p -> q
         end = caps.get((k, 1), [walls.q[k] - half, walls.q[k] + half])
-        ring = shapely.Polygon([*start, *end])
+        ring = shapely.Polygon(np.round([*start, *end], MICROMETRE_DECIMALS))
         out.append(ring if ring.is_valid and ring.area > SLIVER else _rectangle(walls, k))
     return _without_overlaps(walls, out)
 

@@ -137,6 +137,7 @@ def walls_from_faces(
     """
     if not len(faces):
         return _stack([])
+    faces = faces.take(np.lexsort(np.round(np.column_stack([faces.q, faces.p]).T, 6)))
     chains = chain_faces(_oriented(faces, max_thickness=max_thickness), bridged_gap=bridged_gap, offset_tolerance=offset_tolerance)
     pieces = _pieces(chains, min_thickness=min_thickness, max_thickness=max_thickness)
     pairs = sorted({(min(x.chain, x.partner), max(x.chain, x.partner)) for x in pieces if x.partner is not None})
