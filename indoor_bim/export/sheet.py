@@ -1,0 +1,88 @@
+"""A floor plan as a page of marks: which layers it has and in which order they lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import shapely
+
+from indoor_bim.errors import WriteError
+from indoor_bim.export.dimensions import dimension_layer
+from indoor_bim.export.drawing import opening_layers, plan_bounds, swing_areas, wall_layers
+from indoor_bim.export.marks import Layer, Text
+from indoor_bim.export.page import Page, View, blank_page, fit_page
+from indoor_bim.export.room_tags import room_layer, room_tags
+from indoor_bim.export.title_block import blank_layer, notes_layer, title_layer
+from indoor_bim.model import Building, Storey
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Drawn page."""
+
+    page: Page
+    view: View | None
+    layers: tuple[Layer, ...]
+
+    @property
+    def texts(self) -> list[Text]:
+        """All texts of the page."""
+        return [text for layer in self.layers for text in layer.texts]
+
+
+def draw_plan(building: Building, *, storey: str | None = None) -> Plan:
+    """Draw the plan of one storey.
+
+    Parameters
+    ----------
+    building : Building
+        Model, metres.
+    storey : str, optional
+        Identifier of the storey; by default the first one.
+
+    Returns
+    -------
+    Plan
+        Page with its layers; a building without anything to draw gets a page that says why.
+
+    Raises
+    ------
+    WriteError
+        If there is no storey of that identifier.
+    """
+    shown = find_storey(building, storey)
+    bounds = plan_bounds(shown) if shown else None
+    if shown is None or bounds is None:
+        page = blank_page()
+        return Plan(page, None, (blank_layer(building, shown, page), title_layer(building, shown, page, None)))
+    page, view = fit_page(bounds)
+    columns = [shapely.Polygon(column.footprint) for column in shown.columns]
+    obstacles = [*swing_areas(shown, view), *(view.shape(shape) for shape in columns)]
+    tags = room_tags(shown, view, obstacles=obstacles)
+    layers = (
+        room_layer(shown, view),
+        *wall_layers(shown, view),
+        *opening_layers(shown, view),
+        tags.layer,
+        dimension_layer(shown, view),
+        notes_layer(building, shown, page, view, numbered=tags.numbered),
+        title_layer(building, shown, page, view),
+    )
+    return Plan(page, view, layers)
+
+
+def find_storey(building: Building, id: str | None) -> Storey | None:
+    """Return the storey of an identifier, or the first one for None; None when the building has no storeys.
+
+    Raises
+    ------
+    WriteError
+        If there is no storey of that identifier.
+    """
+    if id is None:
+        return building.storeys[0] if building.storeys else None
+    for storey in building.storeys:
+        if storey.id == id:
+            return storey
+    known = ", ".join(storey.id for storey in building.storeys) or "none"
+    raise WriteError(f'there is no storey "{id}" to draw; the building has: {known}.')
