@@ -67,7 +67,9 @@ def _opening(
     hinge: Literal["start", "end"] | None = None,
     swing: Literal["left", "right"] | None = None,
 ) -> Opening:
-    return Opening("unplaced", "", kind, round(centre - width / 2, 9), width, sill, height, hinge, swing, 0 if kind == "opening" else 1, 1.0)
+    return Opening(
+        "unplaced", "", kind, round(centre - width / 2, 9), width, sill, height, hinge, swing, 0 if kind == "opening" else 1, 1.0
+    )
 
 
 def lay_out_storey(
@@ -168,7 +170,12 @@ def demo_house() -> Building:
         [door(4.35, width=1.0)],
     ]
     partitions = [
-        Partition((0.0, 3.6), (11.6, 3.6), 0.20, (door(2.2, hinge="start", swing="right"), door(6.4, hinge="end", swing="right"), door(9.0, hinge="start"))),
+        Partition(
+            (0.0, 3.6),
+            (11.6, 3.6),
+            0.20,
+            (door(2.2, hinge="start", swing="right"), door(6.4, hinge="end", swing="right"), door(9.0, hinge="start")),
+        ),
         Partition((7.6, 3.6), (7.6, 8.7), 0.20, (passage(0.76),)),
         Partition((0.0, 5.1), (7.6, 5.1), 0.12, (door(1.5, width=0.8, hinge="end"), door(6.3, hinge="start"))),
         Partition((3.9, 5.1), (3.9, 8.7), 0.12, (door(1.2, width=0.8),)),
@@ -222,16 +229,29 @@ def office_floor(*, offices: int = 5, seed: int = 0) -> Building:
     widths[1][-1] += widths[0].sum() - widths[1].sum()
     length, south, north, depth = round(float(widths[0].sum()), 2), 5.0, 7.2, 11.9
     corridor_walls, cross_walls, rooms = [], [], [("Corridor", (length / 2, (south + north) / 2))]
-    ring_openings: list[list[Opening]] = [[], [window((south + north) / 2, width=1.2)], [], [door((depth - (south + north) / 2), width=1.2)]]
+    ring_openings: list[list[Opening]] = [
+        [],
+        [window((south + north) / 2, width=1.2)],
+        [],
+        [door((depth - (south + north) / 2), width=1.2)],
+    ]
     for side, (y, y_facade) in enumerate(((south, 0.0), (north, depth))):
         edges = np.round(np.concatenate([[0.0], np.cumsum(widths[side])]), 2)
         doors = []
         for k, (x0, x1) in enumerate(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)):
             closed = k > 0 and rng.random() < 0.15
             hinge: Literal["start", "end"] = "start" if rng.random() < 0.5 else "end"
-            doors.append(door(round(float(rng.uniform(x0 + 0.9, x1 - 0.9)), 2), hinge=None if closed else hinge, swing="right" if side == 0 else "left"))
+            doors.append(
+                door(
+                    round(float(rng.uniform(x0 + 0.9, x1 - 0.9)), 2),
+                    hinge=None if closed else hinge,
+                    swing="right" if side == 0 else "left",
+                )
+            )
             centre = (x0 + x1) / 2
-            ring_openings[2 * side].append(window(round(centre if side == 0 else length - centre, 3), width=round(min(2.0, x1 - x0 - 1.0), 2)))
+            ring_openings[2 * side].append(
+                window(round(centre if side == 0 else length - centre, 3), width=round(min(2.0, x1 - x0 - 1.0), 2))
+            )
             rooms.append((f"Office {len(rooms)}", (centre, (y + y_facade) / 2)))
             if k > 0:
                 cross_walls.append(Partition((x0, y_facade), (x0, y), 0.12))
@@ -295,7 +315,10 @@ def _strip(partition: Partition, later: Sequence[Partition]) -> shapely.Polygon:
     along = (end - start) / np.linalg.norm(end - start)
     across = np.array([-along[1], along[0]]) * partition.thickness / 2
     reach = [
-        max((other.thickness / 2 for other in later if min(_distance(point, other.start), _distance(point, other.end)) < _TOUCH), default=0.0)
+        max(
+            (other.thickness / 2 for other in later if min(_distance(point, other.start), _distance(point, other.end)) < _TOUCH),
+            default=0.0,
+        )
         for point in (partition.start, partition.end)
     ]
     start, end = start - along * reach[0], end + along * reach[1]
@@ -344,7 +367,9 @@ def _rooms(
         inside = [part for part in parts if part.contains(shapely.Point(point))]
         if len(inside) != 1 or len(parts) != len(names):
             raise ValueError(f"room {name!r} is not alone: {len(parts)} rooms, {len(names)} names")
-        bounding = [wall.id for wall, body in zip(walls, bodies, strict=True) if inside[0].exterior.intersection(body.buffer(_TOUCH)).length > 0.01]
+        bounding = [
+            wall.id for wall, body in zip(walls, bodies, strict=True) if inside[0].exterior.intersection(body.buffer(_TOUCH)).length > 0.01
+        ]
         rooms.append(Room(f"s{number}-room-{k + 1:02d}", name, Outline.from_polygon(inside[0]), elevation, height, tuple(bounding)))
     return tuple(rooms)
 

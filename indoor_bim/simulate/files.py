@@ -38,7 +38,9 @@ def write_scan(scan: SimulatedScan, folder: str | Path) -> None:
     with replace_file(folder / "scan.laz") as draft:
         _write_laz(scan, draft)
     with replace_file(folder / "trajectory.csv") as draft:
-        np.savetxt(draft, scan.trajectory, fmt=["%.3f", "%.4f", "%.4f", "%.4f"], delimiter=",", header="t,x,y,z", comments="", encoding="utf-8")
+        np.savetxt(
+            draft, scan.trajectory, fmt=["%.3f", "%.4f", "%.4f", "%.4f"], delimiter=",", header="t,x,y,z", comments="", encoding="utf-8"
+        )
     write_json(scan.truth, folder / "truth.json")
 
 

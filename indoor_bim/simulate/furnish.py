@@ -117,7 +117,9 @@ def _at_windows(storey: Storey, taken: shapely.Geometry, rng: np.random.Generato
             middle = a + along * (opening.start + opening.width / 2) + normal * wall.thickness / 2
             if opening.sill > 0.6 and rng.random() < 0.7:
                 centre = middle + normal * 0.09
-                boxes.append(Box(tuple(centre.tolist()), angle, opening.width * 0.8, 0.1, wall.base + 0.12, wall.base + opening.sill - 0.12))
+                boxes.append(
+                    Box(tuple(centre.tolist()), angle, opening.width * 0.8, 0.1, wall.base + 0.12, wall.base + opening.sill - 0.12)
+                )
             if rng.random() < 0.4:
                 boxes += _curtain(middle + along * (opening.width / 2 + 0.05), along, normal, wall.base, wall.height)
     return [box for box in boxes if not box.outline.intersects(taken)]
@@ -162,7 +164,9 @@ def _group(place: Points, along: Points, normal: Points, floor: float, height: f
     if kind == "built-in":
         return [box(0, 0, width, 0.6, 0.0, height - 0.002)]
     if kind == "shelf":
-        return [box(0, 0, width, 0.3, z, z + 0.02) for z in (0.1, 0.5, 0.9, 1.3, 1.7)] + [box(s * width / 2, 0, 0.02, 0.3, 0.0, 1.8) for s in (-1, 1)]
+        return [box(0, 0, width, 0.3, z, z + 0.02) for z in (0.1, 0.5, 0.9, 1.3, 1.7)] + [
+            box(s * width / 2, 0, 0.02, 0.3, 0.0, 1.8) for s in (-1, 1)
+        ]
     if kind == "boxes":
         return [box(0, 0, 0.4, 0.4, 0.0, 0.35), box(0.42, 0, 0.35, 0.35, 0.0, 0.5)]
     top = [box(0, 0, width, 0.7, 0.71, 0.74)]

@@ -69,7 +69,15 @@ def profile_params(profile: Profile) -> SimulateParams:
         return static
     if profile == "clean":
         return static.model_copy(
-            update={"range_noise": 0.0, "dropout": 0.0, "mixed_pixels": 0.0, "glass_return": 0.0, "glass_reflection": 0.0, "furniture": False, "map_yaw": 0.0}
+            update={
+                "range_noise": 0.0,
+                "dropout": 0.0,
+                "mixed_pixels": 0.0,
+                "glass_return": 0.0,
+                "glass_reflection": 0.0,
+                "furniture": False,
+                "map_yaw": 0.0,
+            }
         )
     raise ConfigError(f"there is no scan profile {profile!r}: expected backpack, static or clean")
 
@@ -210,14 +218,20 @@ def _walk_rays(sensor: Points, duration: float, count: int, settings: SimulatePa
     """Rays of heads that spin while they are carried along the path; a random share of all that a real one would send."""
     time = np.sort(rng.uniform(0.0, duration, count))
     head, line = rng.integers(len(settings.head_tilts), size=count), rng.integers(settings.lines, size=count)
-    elevation = np.radians(np.linspace(-settings.line_fov / 2, settings.line_fov / 2, settings.lines))[line] if settings.lines > 1 else np.zeros(count)
+    elevation = (
+        np.radians(np.linspace(-settings.line_fov / 2, settings.line_fov / 2, settings.lines))[line]
+        if settings.lines > 1
+        else np.zeros(count)
+    )
     azimuth = 2 * np.pi * np.modf(settings.spin_rate * time + head / len(settings.head_tilts))[0]
     forward, left, up = np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)
     tilt = np.radians(np.asarray(settings.head_tilts))[head]
     forward, up = np.cos(tilt) * forward - np.sin(tilt) * up, np.sin(tilt) * forward + np.cos(tilt) * up
     ahead = _positions(sensor, duration, time + 0.4) - _positions(sensor, duration, time - 0.4)
     heading = np.arctan2(ahead[:, 1], ahead[:, 0])
-    direction = np.column_stack([np.cos(heading) * forward - np.sin(heading) * left, np.sin(heading) * forward + np.cos(heading) * left, up])
+    direction = np.column_stack(
+        [np.cos(heading) * forward - np.sin(heading) * left, np.sin(heading) * forward + np.cos(heading) * left, up]
+    )
     bob = np.column_stack([np.zeros((count, 2)), 0.02 * np.sin(2 * np.pi * 1.8 * time)])
     return _Rays(time, _positions(sensor, duration, time) + bob, direction)
 

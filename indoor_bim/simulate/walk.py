@@ -209,4 +209,3 @@ def _beyond(end: Point2, other: Point2) -> Point2:
     a, b = np.asarray(end), np.asarray(other)
     x, y = a + (a - b) / np.linalg.norm(a - b) * 0.5
     return float(x), float(y)
-
