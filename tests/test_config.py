@@ -82,7 +82,8 @@ def test_unknown_names_name_the_nearest(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "metres"), [("3cm", "0.03"), ("30 mm", "0.03"), ("0.03m", "0.03"), ("1in", "0.0254"), (".1 ft", "0.03048"), ("1e1 mm", "0.01")]
+    ("value", "metres"),
+    [("3cm", "0.03"), ("30 mm", "0.03"), ("0.03m", "0.03"), ("1in", "0.0254"), (".1 ft", "0.03048"), ("1e1 mm", "0.01")],
 )
 def test_a_length_with_a_unit_is_told_in_metres(value: str, metres: str) -> None:
     expected = f"slope.gror_radius: expected a number (metres), found {value!r} in --set; "

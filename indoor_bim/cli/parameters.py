@@ -1,0 +1,54 @@
+"""Command about parameters: config."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from indoor_bim.cli.console import emit, emit_json
+
+ConfigFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--config", "-c", metavar="FILE.toml", help="Parameters, as `indoor-bim config` prints them.", rich_help_panel="Parameters"
+    ),
+]
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--set", metavar="STAGE.NAME=VALUE", help="One parameter; may be given again; wins over the file.", rich_help_panel="Parameters"
+    ),
+]
+Preset = Annotated[
+    str | None,
+    typer.Option(
+        "--preset",
+        metavar="NAME",
+        help="Hand-set values of a published scene: slope-room, slope-floor, slope-rooms.",
+        rich_help_panel="Parameters",
+    ),
+]
+
+
+def config(
+    config: ConfigFile = None,
+    set_: Settings = None,
+    preset: Preset = None,
+    schema: Annotated[bool, typer.Option("--schema", help="Print the JSON Schema of the parameters instead.")] = False,
+) -> None:
+    """Print every parameter as commented TOML: default, unit and bounds.
+
+    `indoor-bim config > params.toml`, change what you like, then `indoor-bim reconstruct SCAN --config params.toml`.
+    """
+    from indoor_bim import __version__
+    from indoor_bim.config import load_params, to_toml
+    from indoor_bim.params import Params
+
+    if schema:
+        emit_json(Params.model_json_schema())
+        return
+    params = load_params(config, set_ or (), preset)
+    header = [f"Parameters of indoor-bim {__version__}.", "Those without a value are derived from the scan."]
+    emit(to_toml(params, header=header).rstrip("\n"))
