@@ -53,7 +53,33 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     stages : Stages
         Keeps every stage's product.
     """
-    raise NotImplementedError
+    from indoor_bim.cloud.planes import level_by_pca
+    from indoor_bim.plan.storey_plan import StoreyPlan
+    from indoor_bim.slope import slope_stages
+    from indoor_bim.storeys import storey_from_plan
+
+    chosen = params.slope
+    with stages("level") as keep:
+        levelled = level_by_pca(cloud, grid_count=chosen.grid_count)
+        keep(levelled)
+    with stages("lines") as keep:
+        lines = slope_stages(
+            levelled,
+            gror_radius=chosen.gror_radius,
+            gror_neighbours=chosen.gror_neighbours,
+            magnification=chosen.magnification,
+            merge_gap=chosen.merge_gap,
+            corner_gap=chosen.corner_gap,
+        )
+        keep(lines)
+    level = levelled.storeys[0]
+    plan = StoreyPlan(lines.segments, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)
+    with stages("walls") as keep:
+        storey, walls, warnings = storey_from_plan(
+            plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness
+        )
+        keep(walls)
+    return Reconstruction(levelled.frame, (storey,), warnings=warnings)
 
 
 METHODS: Mapping[str, Method] = MappingProxyType({"slope": slope})
