@@ -42,9 +42,7 @@ def read_pcd(path: Path, progress: Callable[[float], None] | None = None) -> Raw
             dtype = np.dtype([(f"{i}", f"<{LETTERS[t]}{s}", (c,)) for i, (t, s, c) in enumerate(zip(types, sizes, counts, strict=True))])
             position = [names.index(axis) for axis in "xyz"]
         except (KeyError, ValueError, IndexError, TypeError) as error:
-            raise ReadError(
-                f"{path}: the PCD header has no usable x, y, z fields, expected a point cloud; export the file again"
-            ) from error
+            raise ReadError(f"{path}: the PCD header has no usable fields x, y, z; export it again as a point cloud") from error
         if total <= 0:
             raise ReadError(f"{path}: the file holds 0 points, expected a scan; export it again")
         if kind == "ascii":
@@ -96,9 +94,7 @@ def _compressed(path: Path) -> NDArray[np.float64]:
     try:
         import open3d
     except ImportError as error:
-        raise ReadError(
-            f"{path}: compressed PCD needs Open3D; install it (pip install open3d-cpu) or save the file as binary PCD"
-        ) from error
+        raise ReadError(f"{path}: compressed PCD needs Open3D; install it (pip install open3d-cpu) or save as binary PCD") from error
     with open3d.utility.VerbosityContextManager(open3d.utility.VerbosityLevel.Error):
-        cloud = open3d.io.read_point_cloud(str(path), format="pcd", remove_nan_points=False, remove_infinite_points=False)
+        cloud = open3d.io.read_point_cloud(path, format="pcd", remove_nan_points=False, remove_infinite_points=False)
     return np.array(cloud.points, dtype=np.float64)

@@ -63,14 +63,14 @@ def read_ply(path: Path, progress: Callable[[float], None] | None = None) -> Raw
     """
     with path.open("rb") as file:
         kind, elements = _header(path, file)
-        before = [element for element in elements[: next((i for i, e in enumerate(elements) if e.name == "vertex"), 0)]]
+        before = elements[: next((i for i, e in enumerate(elements) if e.name == "vertex"), 0)]
         vertex = next((element for element in elements if element.name == "vertex"), None)
         names = [name for name, _ in vertex.properties] if vertex else []
         if vertex is None or not {"x", "y", "z"} <= set(names):
             raise ReadError(f"{path}: found no vertices with x, y and z in the PLY header, expected a point cloud; export it as points")
         if vertex.count == 0:
             raise ReadError(f"{path}: the file holds 0 points, expected a scan; export it again")
-        if any(kind is None for element in (*before, vertex) for _, kind in element.properties) and kind != "ascii":
+        if any(dtype is None for element in (*before, vertex) for _, dtype in element.properties) and kind != "ascii":
             raise ReadError(f"{path}: the PLY file has lists before or in its vertices; export it as plain points")
         table: Any = _ascii(path, file, before, vertex) if kind == "ascii" else _binary(path, file, ORDERS[kind], before, vertex)
     column = {name.lower(): table[name] for name in names}
@@ -92,7 +92,8 @@ def as_classes(values: NDArray | None) -> NDArray[np.uint8] | None:
 def _header(path: Path, file: BinaryIO) -> tuple[str, list[Element]]:
     if file.readline().strip() != b"ply":
         raise ReadError(f"{path}: found no PLY signature at its start, expected a PLY file; check what kind of file this is")
-    kind, elements = "", []
+    kind = ""
+    elements: list[Element] = []
     for raw in iter(lambda: file.readline(4096), b""):
         words = raw.decode("ascii", errors="replace").split()
         if words[:1] == ["end_header"]:
@@ -110,15 +111,13 @@ def _header(path: Path, file: BinaryIO) -> tuple[str, list[Element]]:
                 elements.append(Element(last.name, last.count, (*last.properties, entry)))
         except (IndexError, KeyError, ValueError) as error:
             raise ReadError(
-                f"{path}: found {' '.join(words)!r} in the PLY header, which is not understood; export the file again"
+                f"{path}: found {' '.join(words)!r} in the PLY header, expected a property or element; export it again"
             ) from error
     raise ReadError(f"{path}: the PLY header has no end or no known format, expected {', '.join(ORDERS)}; export the file again")
 
 
 def _cut_short(path: Path, found: int, expected: int) -> ReadError:
-    return ReadError(
-        f"{path}: found {found:,} of the {expected:,} points that the PLY header announces; the file is cut short, copy it again"
-    )
+    return ReadError(f"{path}: found {found:,} of the {expected:,} announced points; the PLY file is cut short, copy it again")
 
 
 def _binary(path: Path, file: BinaryIO, order: str, before: list[Element], vertex: Element) -> NDArray:
@@ -144,7 +143,5 @@ def _ascii(path: Path, file: BinaryIO, before: list[Element], vertex: Element) -
     if len(rows) < vertex.count:
         raise _cut_short(path, len(rows), vertex.count)
     if rows.shape[1] < len(vertex.properties):
-        raise ReadError(
-            f"{path}: found {rows.shape[1]} columns, expected {len(vertex.properties)} as in the PLY header; export the file again"
-        )
+        raise ReadError(f"{path}: found {rows.shape[1]} columns, expected {len(vertex.properties)} as in the PLY header; export it again")
     return {name: rows[:, i] for i, (name, _) in enumerate(vertex.properties)}

@@ -194,7 +194,7 @@ def info(scan: Any, *, unit: str = "auto", up: str = "auto", crs: str | None = N
 
     cloud = as_cloud(scan, unit=unit, up=up, crs=crs, trajectory=trajectory)
     size = np.ptp(cloud.points, axis=0)
-    codes, counts = np.unique(cloud.classification, return_counts=True) if cloud.classification is not None else ([], [])
+    counts = np.bincount(cloud.classification) if cloud.classification is not None else np.zeros(0, dtype=np.int64)
     return ScanInfo(
         source=cloud.source,
         points=len(cloud),
@@ -204,7 +204,7 @@ def info(scan: Any, *, unit: str = "auto", up: str = "auto", crs: str | None = N
         up="xyz"[int(np.argmax(np.abs(cloud.frame.rotation[2])))],
         spacing=point_spacing(cloud.points),
         has_time=cloud.gps_time is not None,
-        classes={int(code): int(count) for code, count in zip(codes, counts, strict=True)},
+        classes={code: int(count) for code, count in enumerate(counts) if count},
         crs=cloud.crs,
         trajectory=0 if cloud.trajectory is None else len(cloud.trajectory),
         warnings=cloud.warnings,
@@ -217,11 +217,12 @@ def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: st
     if up != "auto" and up not in UP_ROTATIONS:
         raise ReadError(f"{where}: found the up axis {up!r}, expected auto or one of {', '.join(UP_ROTATIONS)}; correct the option")
     warnings: list[str] = []
-    points, finite = raw.points, slice(None)
+    points = raw.points
+    finite: slice | NDArray[np.bool_] = slice(None)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
     if not np.isfinite(high - low).all():
         finite = np.isfinite(points).all(axis=1)
-        dropped = len(points) - int(np.count_nonzero(finite))
+        dropped = len(points) - int(finite.sum())
         warnings.append(f"{dropped:,} of {len(points):,} points have coordinates that are not finite; they were left out")
         points = points[finite]
         low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))

@@ -154,13 +154,10 @@ def find_layout(path: Path, *, expected: str) -> TableLayout:
         delimiter = next((mark for mark in (";", "\t", ",") if mark in content), None)
         cells = [cell.strip() for cell in content.split(delimiter)]
         decimal_comma = delimiter == ";" and "," in content
-        if (
-            line == content
-            and len(cells) >= 3
-            and all(_is_number(cell.replace(",", ".") if decimal_comma else cell) for cell in cells if cell)
-        ):
+        numbers = [_is_number(cell.replace(",", ".") if decimal_comma else cell) for cell in cells]
+        if line == content and len(cells) >= 3 and all(numbers):
             return TableLayout(number, delimiter, decimal_comma, names, len(cells))
-        if any(_is_number(cell) for cell in cells) and len(cells) >= 2:
+        if line == content and any(numbers):
             break
         names = tuple(re.sub(r"[^a-z0-9_].*$", "", cell.lower().strip('"')) for cell in cells)
     raise ReadError(f"{path}: found {first[:60]!r} at its start, expected {expected} as numbers on each line; check the file's columns")

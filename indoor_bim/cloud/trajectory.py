@@ -52,9 +52,8 @@ def read_trajectory(path: str | Path) -> NDArray[np.float64]:
     positions = rows[:, columns]
     bad = np.flatnonzero(~np.isfinite(positions).all(axis=1))
     if len(bad):
-        raise ReadError(
-            f"{path}, row {bad[0] + 1} of the table: found a position that is no number, expected {EXPECTED}; correct or remove the line"
-        )
+        found = f"row {bad[0] + 1} of the table: found a position that is not finite"
+        raise ReadError(f"{path}, {found}, expected {EXPECTED}; correct or remove the line")
     order = np.argsort(seconds, kind="stable") if np.isfinite(seconds).all() else slice(None)
     table: NDArray[np.float64] = np.column_stack([seconds, positions])[order]
     return table

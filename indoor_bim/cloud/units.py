@@ -8,7 +8,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.spacing import sample_mask
+from indoor_bim.cloud.grid import cell_keys
+from indoor_bim.cloud.spacing import point_spacing, sample_mask
 
 METRES_PER_UNIT: Mapping[str, float] = MappingProxyType(
     {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "us-ft": 1200 / 3937, "in": 0.0254}
@@ -43,8 +44,6 @@ def looks_like_millimetres(points: NDArray[np.float64], *, up: str) -> bool:
     height = points[:, "xyz".index(up)]
     if height.max() - height.min() <= TALLEST_SCAN:
         return False
-    from indoor_bim.cloud.spacing import point_spacing
-
     low, high = np.quantile(height[sample_mask(points, 200_000)], [0.005, 0.995])
     return bool(high - low > TALLEST_SCAN) and point_spacing(points) > SMALLEST_MILLIMETRE_SPACING
 
@@ -62,25 +61,26 @@ def looks_y_up(points: NDArray[np.float64]) -> bool:
         Finite points in the scan's axes, any unit.
     """
     sample = points[sample_mask(points, 200_000)]
-    extent = np.subtract(*np.quantile(sample, [0.995, 0.005], axis=0))
+    low, high = np.quantile(sample, [0.005, 0.995], axis=0)
+    extent = high - low
     if extent[1] >= 0.8 * min(extent[0], extent[2]) or extent[1] < SMALLEST_STOREY:
         return False
-    across = _surface_shares(sample, smallest=float(extent[1]))
+    across = _surface_shares(sample, low=low, high=high)
     evidence = across[1] / max(float(across[2]), 0.01) * extent[2] / extent[1]
     return bool(across[1] >= 0.3 and evidence >= Y_UP_EVIDENCE)
 
 
-def _surface_shares(sample: NDArray[np.float64], *, smallest: float) -> NDArray[np.float64]:
+def _surface_shares(sample: NDArray[np.float64], *, low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.float64]:
     """Share of the flat cells of a grid whose normal lies along x, y and z; the grid is as fine as the points allow."""
     sample = sample[np.lexsort(sample.T)]
-    low = sample.min(axis=0)
+    sample = sample[((sample >= low) & (sample <= high)).all(axis=1)]
     for cells_along_smallest in (16, 8, 4):
-        edge = smallest / cells_along_smallest
+        edge = float((high - low).min()) / cells_along_smallest
         cell = np.floor((sample - low) / edge)
-        _, place, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+        shape = cell.max(axis=0).astype(np.int64) + 1
+        _, place, count = np.unique(cell_keys(cell.astype(np.int64), shape), return_inverse=True, return_counts=True)
         if np.count_nonzero(count >= 10) >= 0.5 * len(count):
             break
-    place = place.ravel()
     offset = sample - low - cell * edge
     mean = np.stack([np.bincount(place, column) for column in offset.T], axis=1) / count[:, None]
     offset -= mean[place]

@@ -1,0 +1,158 @@
+"""Voxel down-sampling in a fixed order, independent of the order of the points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.cloud.grid import cell_keys
+from indoor_bim.cloud.open3d import LEGACY, TENSOR, as_points, kind_of
+
+if TYPE_CHECKING:
+    import open3d as o3d
+
+RESOLUTION = 2.0**32
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Voxels:
+    """Occupied voxels in lexicographic order of their indices.
+
+    Parameters
+    ----------
+    mean : (k, d) float64
+        Mean of the points in each voxel.
+    count : (k,) int64
+        Number of points in each voxel.
+    of_point : (n,) int64
+        Voxel of each point.
+    """
+
+    mean: NDArray[np.float64]
+    count: NDArray[np.int64]
+    of_point: NDArray[np.int64]
+
+
+@overload
+def voxel_down_sample(pcd: NDArray[Any], voxel_size: float) -> NDArray[np.float64]: ...
+@overload
+def voxel_down_sample(pcd: o3d.geometry.PointCloud, voxel_size: float) -> o3d.geometry.PointCloud: ...
+@overload
+def voxel_down_sample(pcd: o3d.t.geometry.PointCloud, voxel_size: float) -> o3d.t.geometry.PointCloud: ...
+def voxel_down_sample(pcd: Any, voxel_size: float) -> Any:
+    """Replace the points of each voxel by their mean.
+
+    The voxels are those of Open3D's legacy ``voxel_down_sample``: the grid begins half a voxel below the smallest coordinates. The
+    result is sorted by voxel (x, then y, then z index) and does not depend on the order of the points.
+
+    Parameters
+    ----------
+    pcd : open3d.geometry.PointCloud, open3d.t.geometry.PointCloud or (n, 2 or 3) ndarray
+        The cloud; not modified.
+    voxel_size : float
+        Edge of a voxel in the unit of the points, above 0.
+
+    Returns
+    -------
+    cloud
+        One point for each occupied voxel, same kind as `pcd`. Colours and other attributes are averaged, normals averaged and
+        brought to length 1.
+
+    Raises
+    ------
+    ValueError
+        If the voxel size is not above 0 or far too small for the extent, or a coordinate is not finite.
+
+    Examples
+    --------
+    >>> voxel_down_sample(np.array([[2.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.25, 0.0, 0.0]]), 1.0).tolist()
+    [[0.125, 0.0, 0.0], [2.0, 0.0, 0.0]]
+    """
+    points = as_points(pcd)
+    voxels = voxelise(points, voxel_size=voxel_size)
+    kind = kind_of(pcd)
+    if kind == LEGACY:
+        return _legacy(pcd, voxels)
+    if kind == TENSOR:
+        return _tensor(pcd, voxels)
+    return voxels.mean
+
+
+def voxelise(points: NDArray[np.float64], *, voxel_size: float) -> Voxels:
+    """Sort points into voxels; see `voxel_down_sample`.
+
+    Means are summed in steps of 2**-32 voxel, so that the sums are exact and no order of the points shows.
+
+    Parameters
+    ----------
+    points : (n, d) float64
+        Finite points.
+    voxel_size : float
+        Edge of a voxel, same unit.
+
+    Returns
+    -------
+    Voxels
+
+    Raises
+    ------
+    ValueError
+        As `voxel_down_sample`.
+    """
+    if not (voxel_size > 0 and np.isfinite(voxel_size)):
+        raise ValueError(f"expected a finite voxel_size above 0, got {voxel_size}")
+    if len(points) == 0:
+        return Voxels(np.zeros(points.shape), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+    low = points.min(axis=0) - 0.5 * voxel_size
+    high = points.max(axis=0)
+    if not np.isfinite(high - low).all():
+        raise ValueError("expected finite coordinates: remove points that are not finite first")
+    place = (points - low) / voxel_size
+    floor = np.floor(place)
+    cells = floor.astype(np.int64)
+    key = cell_keys(cells, cells.max(axis=0) + 1)
+    _, first, of_point, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
+    place -= floor
+    steps = np.rint(place * RESOLUTION)
+    inside = np.stack([np.bincount(of_point, column) for column in steps.T], axis=1) / (RESOLUTION * count[:, None])
+    return Voxels(low + voxel_size * (floor[first] + inside), count, of_point)
+
+
+def _average(values: NDArray[Any], voxels: Voxels, *, unit_length: bool) -> NDArray[Any]:
+    """Mean of an attribute in each voxel."""
+    columns = values.reshape(len(values), -1).astype(np.float64)
+    mean = np.stack([np.bincount(voxels.of_point, column, len(voxels.count)) for column in columns.T], axis=1) / voxels.count[:, None]
+    if unit_length:
+        length = np.linalg.norm(mean, axis=1, keepdims=True)
+        mean = np.divide(mean, length, out=np.zeros_like(mean), where=length > 0)
+    if np.issubdtype(values.dtype, np.integer):
+        mean = np.rint(mean)
+    return mean.reshape((len(mean), *values.shape[1:])).astype(values.dtype)
+
+
+def _legacy(pcd: Any, voxels: Voxels) -> Any:
+    import open3d as o3d
+
+    thin = o3d.geometry.PointCloud()
+    thin.points = o3d.utility.Vector3dVector(voxels.mean)
+    if pcd.has_colors():
+        thin.colors = o3d.utility.Vector3dVector(_average(np.asarray(pcd.colors), voxels, unit_length=False))
+    if pcd.has_normals():
+        thin.normals = o3d.utility.Vector3dVector(_average(np.asarray(pcd.normals), voxels, unit_length=True))
+    return thin
+
+
+def _tensor(pcd: Any, voxels: Voxels) -> Any:
+    import open3d as o3d
+
+    thin = o3d.t.geometry.PointCloud(pcd.device)
+    if len(voxels.count) == 0:
+        return pcd.clone()
+    for name in sorted(pcd.point):
+        values = pcd.point[name].cpu().numpy()
+        mean = voxels.mean.astype(values.dtype) if name == "positions" else _average(values, voxels, unit_length=name == "normals")
+        thin.point[name] = o3d.core.Tensor.from_numpy(np.ascontiguousarray(mean)).to(pcd.device)
+    return thin
