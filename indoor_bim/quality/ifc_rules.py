@@ -1,6 +1,6 @@
-"""Rules of buildingSMART's validation service that concern scanned buildings, by the service's own rule names.
+"""Rules beyond the schema that concern scanned buildings; codes name the rule of buildingSMART's validation service that a rule follows.
 
-Source: github.com/buildingSMART/ifc-gherkin-rules. Each rule takes an open IFC file and yields the entities that break it.
+Source of the codes: github.com/buildingSMART/ifc-gherkin-rules. Each rule takes an open IFC file and yields the entities that break it.
 """
 
 from __future__ import annotations
@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 Breach = tuple[Any, str]
-_UNREFERENCED = ("IfcStyledItem", "IfcTessellatedFaceSet")
+_UNREFERENCED = ("IfcStyledItem",)
+_PRECISION = 1e-5
 
 
 def contexts_have_subcontexts(file: Any) -> Iterator[Breach]:
@@ -29,7 +30,7 @@ def spaces_have_one_body(file: Any) -> Iterator[Breach]:
 
 
 def spatial_structure_has_no_shape(file: Any) -> Iterator[Breach]:
-    """SPS008: building and storeys have no representation of their own."""
+    """Buildings and storeys have no representation of their own."""
     for kind in ("IfcBuilding", "IfcBuildingStorey"):
         for element in file.by_type(kind):
             if element.Representation:
@@ -37,7 +38,7 @@ def spatial_structure_has_no_shape(file: Any) -> Iterator[Breach]:
 
 
 def elements_stand_in_the_spatial_structure(file: Any) -> Iterator[Breach]:
-    """SPS007: an element belongs to a spatial element, to a whole, or to the element that it cuts."""
+    """An element belongs to a spatial element, to a whole, or to the element that it cuts."""
     for element in file.by_type("IfcElement"):
         placed = element.ContainedInStructure or element.Decomposes or getattr(element, "VoidsElements", ())
         if not placed and not element.is_a("IfcVirtualElement"):
@@ -45,7 +46,7 @@ def elements_stand_in_the_spatial_structure(file: Any) -> Iterator[Breach]:
 
 
 def openings_cut_something(file: Any) -> Iterator[Breach]:
-    """VRT/IFC: an opening without a host cuts nothing."""
+    """An opening without a host cuts nothing."""
     for opening in file.by_type("IfcOpeningElement"):
         if not opening.VoidsElements:
             yield opening, "an opening that cuts no element"
@@ -62,7 +63,7 @@ def typed_occurrences_leave_the_predefined_type(file: Any) -> Iterator[Breach]:
 
 
 def standard_sets_are_standard(file: Any) -> Iterator[Breach]:
-    """PSE001, PSE002, QTY001: names that begin with Pset or Qto belong to the standard, and so do their properties."""
+    """PSE001, PSE002: names that begin with Pset or Qto belong to the standard, and so do their properties."""
     from ifcopenshell.util.pset import get_template
 
     templates = get_template(file.schema_identifier)
@@ -81,7 +82,7 @@ def standard_sets_are_standard(file: Any) -> Iterator[Breach]:
 
 
 def base_quantities_name_their_method(file: Any) -> Iterator[Breach]:
-    """QTY000: standard quantity sets are measured as BaseQuantities."""
+    """Standard quantity sets are measured as BaseQuantities."""
     for group in file.by_type("IfcElementQuantity"):
         if (group.Name or "").startswith("Qto_") and group.MethodOfMeasurement != "BaseQuantities":
             yield group, "MethodOfMeasurement is not BaseQuantities"
@@ -105,14 +106,37 @@ def spaces_are_not_deprecated(file: Any) -> Iterator[Breach]:
 
 
 def geometry_is_used(file: Any) -> Iterator[Breach]:
-    """IFC106: every geometric item is part of something."""
+    """IFC105: every geometric item is part of something."""
     for item in file.by_type("IfcRepresentationItem"):
         if not any(item.is_a(kind) for kind in _UNREFERENCED) and not file.get_total_inverses(item):
             yield item, "a geometric item that nothing refers to"
 
 
+def polylines_repeat_no_point(file: Any) -> Iterator[Breach]:
+    """GEM111: no point of a polyline lies at another one, but a closed polyline ends with the very point it starts with."""
+    for polyline in file.by_type("IfcPolyline"):
+        points = list(polyline.Points)
+        if len(points) > 2 and points[0] == points[-1]:
+            points.pop()
+        if len({tuple(round(c / _PRECISION) for c in point.Coordinates) for point in points}) < len(points):
+            yield polyline, "a polyline with a repeated point"
+
+
+def profiles_do_not_cross_themselves(file: Any) -> Iterator[Breach]:
+    """GEM010: the outlines of a profile do not intersect themselves, and its holes lie within it."""
+    import shapely
+
+    for profile in file.by_type("IfcArbitraryClosedProfileDef"):
+        curves = [profile.OuterCurve, *(getattr(profile, "InnerCurves", None) or ())]
+        if not all(curve.is_a("IfcPolyline") for curve in curves):
+            continue
+        rings = [[point.Coordinates for point in curve.Points] for curve in curves]
+        if any(len(ring) < 4 for ring in rings) or not shapely.Polygon(rings[0], rings[1:]).is_valid:
+            yield profile, "an outline that crosses itself or its holes"
+
+
 def units_are_given(file: Any) -> Iterator[Breach]:
-    """UTN: lengths, areas, volumes and angles have a unit."""
+    """Lengths, areas, volumes and angles have a unit."""
     for project in file.by_type("IfcProject"):
         units = project.UnitsInContext.Units if project.UnitsInContext else ()
         kinds = {getattr(unit, "UnitType", None) for unit in units}
@@ -133,5 +157,7 @@ RULES: tuple[Callable[[Any], Iterator[Breach]], ...] = (
     contexts_share_the_map,
     spaces_are_not_deprecated,
     geometry_is_used,
+    polylines_repeat_no_point,
+    profiles_do_not_cross_themselves,
     units_are_given,
 )
