@@ -30,8 +30,8 @@ def opened(building: Building, schema: str = "IFC4") -> ifcopenshell.file:
     return ifcopenshell.file.from_string(to_ifc(building, schema=schema))
 
 
-def guids(file: ifcopenshell.file, kind: str = "IfcElement") -> dict[str, str]:
-    return {element.Tag: element.GlobalId for element in file.by_type(kind)}
+def guids(file: ifcopenshell.file) -> dict[tuple[str, str], str]:
+    return {(element.is_a(), element.Tag): element.GlobalId for element in file.by_type("IfcElement")}
 
 
 def with_storey(building: Building, change: Callable[[Storey], Storey]) -> Building:
@@ -195,7 +195,9 @@ def test_quantities_are_those_of_the_model(schema: str) -> None:
         quantities = ifcopenshell.util.element.get_psets(space)["Qto_SpaceBaseQuantities"]
         assert quantities["NetFloorArea"] == pytest.approx(room.area)
         assert quantities["NetVolume"] == pytest.approx(room.area * room.height)
-    assert sets["F1"]["Qto_WindowBaseQuantities"]["Area"] == pytest.approx(1.2 * 1.2)
+    assert sets["O1"]["Qto_OpeningElementBaseQuantities"]["Volume"] == pytest.approx(1.5 * 2.2 * 0.1)
+    windows = {w.Tag: ifcopenshell.util.element.get_psets(w)["Qto_WindowBaseQuantities"]["Area"] for w in file.by_type("IfcWindow")}
+    assert windows == pytest.approx({"F1": 1.2 * 1.2, "F2": 2.0 * 1.2})
 
 
 def test_evidence_goes_with_every_element() -> None:
