@@ -140,6 +140,38 @@ def test_spaces_slabs_and_columns_are_their_outlines_swept(make: Make) -> None:
             assert volume(columns[column.id]) == pytest.approx(area * column.height, rel=1e-6)
 
 
+def boundary_area_and_normal(boundary: ifcopenshell.entity_instance) -> tuple[float, tuple[float, ...]]:
+    plane = boundary.ConnectionGeometry.SurfaceOnRelatingElement
+    outer, *inner = [shapely.Polygon([p.Coordinates for p in ring.Points]) for ring in (plane.OuterBoundary, *plane.InnerBoundaries)]
+    return outer.area - sum(hole.area for hole in inner), plane.BasisSurface.Position.Axis.DirectionRatios
+
+
+@pytest.mark.parametrize("make", FIXTURES)
+def test_boundaries_close_every_space(make: Make) -> None:
+    """Floor, ceiling and wall surfaces add up to the surface of the space, and all normals point out of it."""
+    building = make()
+    file = opened(building)
+    spaces = {space.Name: space for space in file.by_type("IfcSpace")}
+    for room in (room for storey in building.storeys for room in storey.rooms):
+        polygon = room.outline.polygon
+        wall_area = floor_area = ceiling_area = 0.0
+        for boundary in spaces[room.id].BoundedBy:
+            area, normal = boundary_area_and_normal(boundary)
+            if boundary.RelatedBuildingElement.is_a("IfcWall"):
+                wall_area += area
+                position = boundary.ConnectionGeometry.SurfaceOnRelatingElement.BasisSurface.Position
+                x, y, _ = position.Location.Coordinates
+                u, v, _ = position.RefDirection.DirectionRatios
+                assert not polygon.contains(shapely.Point(x + 0.01 * u + 0.005 * normal[0], y + 0.01 * v + 0.005 * normal[1]))
+                assert polygon.contains(shapely.Point(x + 0.01 * u - 0.005 * normal[0], y + 0.01 * v - 0.005 * normal[1]))
+            elif normal[2] < 0:
+                floor_area += area
+            else:
+                ceiling_area += area
+        assert wall_area == pytest.approx(polygon.length * room.height)
+        assert (floor_area, ceiling_area) == pytest.approx((room.area, room.area))
+
+
 def test_doors_stay_within_their_openings() -> None:
     file = opened(buildings.four_rooms())
     voids = by_tag(file, "IfcOpeningElement")

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
+from indoor_bim.export.ifc_boundaries import add_boundaries
 from indoor_bim.export.ifc_file import Entity, IfcFile
 from indoor_bim.export.ifc_openings import add_opening
 from indoor_bim.export.ifc_properties import add_common, add_evidence, add_properties, add_quantities
 from indoor_bim.export.ifc_walls import WallType, add_wall, connect, millimetres
-from indoor_bim.model import Column, Outline, Room, Slab, Storey, Wall
+from indoor_bim.model import Column, Outline, Room, Slab, Storey
 
 
 def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_types: Mapping[int, WallType]) -> None:
@@ -38,7 +39,7 @@ def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_ty
     columns = [_add_column(ifc, column, container, storey.elevation) for column in storey.columns]
     spaces = [_add_space(ifc, room, container, storey.elevation) for room in storey.rooms]
     for room, space in zip(storey.rooms, spaces, strict=True):
-        _bound(ifc, room, space, storey.walls, walls)
+        add_boundaries(ifc, room, space, list(zip(storey.walls, walls.values(), strict=True)), list(zip(storey.slabs, slabs, strict=True)))
     contained += slabs + columns
     if contained:
         ifc.root("IfcRelContainedInSpatialStructure", storey.id, RelatedElements=contained, RelatingStructure=container)
@@ -108,18 +109,3 @@ def _add_space(ifc: IfcFile, room: Room, container: Entity, elevation: float) ->
     add_quantities(ifc, space, "Qto_SpaceBaseQuantities", values)
     add_evidence(ifc, space, room.evidence)
     return space
-
-
-def _bound(ifc: IfcFile, room: Room, space: Entity, walls: Sequence[Wall], entities: Mapping[str, Entity]) -> None:
-    for wall in walls:
-        if wall.id not in room.walls:
-            continue
-        ifc.root(
-            "IfcRelSpaceBoundary",
-            f"{room.id}/{wall.id}",
-            Name="1stLevel",
-            RelatingSpace=space,
-            RelatedBuildingElement=entities[wall.id],
-            PhysicalOrVirtualBoundary="PHYSICAL",
-            InternalOrExternalBoundary={True: "EXTERNAL", False: "INTERNAL", None: "NOTDEFINED"}[wall.external],
-        )
