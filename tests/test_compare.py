@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,8 @@ import shapely
 
 from indoor_bim.frame import Frame
 from indoor_bim.model import Building, Opening, Outline, Storey, Wall
-from indoor_bim.quality.compare import Comparison, Score, compare
+from indoor_bim.quality.compare import compare
+from indoor_bim.quality.comparison import Comparison, Score
 from indoor_bim.quality.matching import covered_share
 from indoor_bim.quality.placement import place_in_frame_of
 from indoor_bim.simulate.building import demo_house, office_floor, single_room, two_storeys
@@ -139,7 +141,7 @@ def test_outer_faces_are_not_asked_for() -> None:
     thin = inside.buffer(0.1, join_style="mitre")
     ring = list(inside.buffer(0.05, join_style="mitre").exterior.coords)
     walls = []
-    for k, (a, b) in enumerate(zip(ring[:-1], ring[1:], strict=True)):
+    for k, (a, b) in enumerate(itertools.pairwise(ring)):
         body = thin.difference(inside).intersection(shapely.LineString([a, b]).buffer(0.05, cap_style="square"))
         for wall in walls:
             body = body.difference(shapely.Polygon(wall.footprint))

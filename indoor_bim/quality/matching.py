@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -125,7 +126,7 @@ def sample_faces(area: shapely.Geometry, *, outward: bool) -> Faces:
             continue
         for ring in (part.exterior, *part.interiors):
             coords = np.asarray(ring.coords)
-            for a, b in zip(coords[:-1], coords[1:], strict=True):
+            for a, b in itertools.pairwise(coords):
                 length = float(np.hypot(*(b - a)))
                 count = max(1, round(length / _SAMPLE))
                 along = (b - a) / length

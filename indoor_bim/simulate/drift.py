@@ -54,7 +54,7 @@ class Drift:
         error = CubicSpline(self.knots, self.error)(time)
         cos, sin = np.cos(error[:, 3]), np.sin(error[:, 3])
         turned = np.column_stack([cos * ray[:, 0] - sin * ray[:, 1], sin * ray[:, 0] + cos * ray[:, 1], ray[:, 2]])
-        return origin + error[:, :3] + turned
+        return np.asarray(origin + error[:, :3] + turned)
 
 
 def best_rigid_fit(moved: Points, fixed: Points) -> tuple[Points, Points]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.model import Building, Room, Storey
-from indoor_bim.simulate.mesh import Box, door_leaves
+from indoor_bim.simulate.mesh import Box
 from indoor_bim.simulate.walk import Stair, stairs
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ Points = NDArray[np.float64]
 _DOOR_CLEARANCE, _PATH_CLEARANCE, _GAP = 1.0, 0.25, 0.03
 
 
-def furnish(building: Building, path: Points, *, rng: np.random.Generator) -> list[Box]:
+def furnish(building: Building, path: Points, leaves: Sequence[Box], *, rng: np.random.Generator) -> list[Box]:
     """Furniture for all rooms, clear of doors and of the walked path.
 
     Cupboards (some to the ceiling), desks with chairs and shelves stand along walls; radiators and curtains hang at windows.
@@ -30,6 +31,8 @@ def furnish(building: Building, path: Points, *, rng: np.random.Generator) -> li
         Building to furnish.
     path : (m, 3) float64
         Walked path of the feet, metres.
+    leaves : sequence of Box
+        Door leaves, which stay free to stand where they are.
     rng : numpy.random.Generator
         Draws kinds, sizes and places.
     """
@@ -42,8 +45,7 @@ def furnish(building: Building, path: Points, *, rng: np.random.Generator) -> li
         if len(feet) > 1:
             keep_clear.append(shapely.LineString(feet).buffer(_PATH_CLEARANCE))
         keep_clear += [_flight_outline(stair) for stair in stairs(building) if storey.elevation in (stair.bottom, stair.top)]
-        leaves = [leaf.outline for leaf in door_leaves(building, rng=np.random.Generator(np.random.PCG64(0)))]
-        taken = shapely.union_all([*keep_clear, *leaves])
+        taken = shapely.union_all([*keep_clear, *(leaf.outline for leaf in leaves)])
         at_windows = _at_windows(storey, taken, rng)
         boxes += at_windows
         taken = shapely.union_all([taken, *(box.outline for box in at_windows)])
@@ -142,7 +144,7 @@ def _along_walls(room: Room, rng: np.random.Generator) -> list[list[Box]]:
     groups = []
     for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
         length = float(np.linalg.norm(b - a))
-        for _ in range(int(length / 1.5)):
+        for _ in range(int(length / 0.9)):
             along = (b - a) / length
             normal = np.array([-along[1], along[0]])
             place = a + along * rng.uniform(0.0, length)

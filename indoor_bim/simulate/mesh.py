@@ -161,7 +161,7 @@ def _openings(building: Building, kind: str) -> list[tuple[Wall, Opening]]:
 
 
 def _direction(wall: Wall) -> NDArray[np.float64]:
-    return (np.asarray(wall.axis[1]) - np.asarray(wall.axis[0])) / wall.length
+    return np.asarray(np.subtract(wall.axis[1], wall.axis[0]) / wall.length)
 
 
 def _angle(wall: Wall) -> float:

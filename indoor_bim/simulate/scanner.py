@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -115,12 +115,12 @@ def simulate(
     rng = np.random.Generator(np.random.PCG64(seed))
     walked = settings.movement == "walk"
     feet = walk_path(building) if walked else stations(building)
-    solid = [shell_triangles(building), box_triangles(door_leaves(building, rng=np.random.Generator(np.random.PCG64(0))))]
-    solid.append(box_triangles([*window_frames(building), *stair_steps(building)]))
+    leaves = door_leaves(building, rng=rng)
+    boxes = [*leaves, *window_frames(building), *stair_steps(building)]
     if settings.furniture:
-        solid.append(box_triangles([*furnish(building, feet, rng=rng), *surroundings(building)]))
-    scene = _Scene(np.concatenate(solid), glass_triangles(building))
-    sensor = feet + [0.0, 0.0, settings.sensor_height]
+        boxes += [*furnish(building, feet, leaves, rng=rng), *surroundings(building)]
+    scene = _Scene(np.concatenate([shell_triangles(building), box_triangles(boxes)]), glass_triangles(building))
+    sensor = feet + np.array([0.0, 0.0, settings.sensor_height])
     duration = (len(feet) - 1) * _step(feet) / settings.speed if walked else len(feet) * _STATION_TIME
     batches: list[tuple[Points, Points, Points]] = []
     found = 0
@@ -146,7 +146,7 @@ def simulate(
     noisy = drift.apply(time, origin, ray * (1 + noise / np.maximum(length, 0.1))[:, None])
     nominal = _map_frame(sensor[0], settings, rng)
     turn, shift = best_rigid_fit(drifted, true)
-    times = np.arange(0.0, duration, 0.1) if walked else (np.arange(len(feet)) + 0.5) * _STATION_TIME
+    times: Points = np.arange(0.0, duration, 0.1) if walked else (np.arange(len(feet), dtype=np.float64) + 0.5) * _STATION_TIME
     path = _positions(sensor, duration, times) if walked else sensor
     stops = drift.apply(times, path, np.zeros((len(times), 3)))
     return SimulatedScan(
@@ -170,24 +170,24 @@ class _Scene:
         return _cast(self._glass, origin, direction)
 
 
-def _raycasting_scene(triangles: Triangles) -> object:
+def _raycasting_scene(triangles: Triangles) -> Any:
     import open3d as o3d
 
-    scene = o3d.t.geometry.RaycastingScene()
+    scene: Any = o3d.t.geometry.RaycastingScene()
     if len(triangles):
-        vertices = o3d.core.Tensor(triangles.reshape(-1, 3).astype(np.float32))
-        scene.add_triangles(vertices, o3d.core.Tensor(np.arange(3 * len(triangles), dtype=np.uint32).reshape(-1, 3)))
+        vertices = o3d.core.Tensor.from_numpy(triangles.reshape(-1, 3).astype(np.float32))
+        scene.add_triangles(vertices, o3d.core.Tensor.from_numpy(np.arange(3 * len(triangles), dtype=np.uint32).reshape(-1, 3)))
     return scene if len(triangles) else None
 
 
-def _cast(scene: object, origin: Points, direction: Points) -> tuple[Points, Points]:
+def _cast(scene: Any, origin: Points, direction: Points) -> tuple[Points, Points]:
     """Distances (n,), infinite where nothing is hit, and surface normals (n, 3)."""
     import open3d as o3d
 
     if scene is None:
         return np.full(len(origin), np.inf), np.zeros_like(origin)
-    rays = o3d.core.Tensor(np.hstack([origin, direction]).astype(np.float32))
-    answer = scene.cast_rays(rays)  # type: ignore[attr-defined]
+    rays = o3d.core.Tensor.from_numpy(np.hstack([origin, direction]).astype(np.float32))
+    answer = scene.cast_rays(rays)
     return answer["t_hit"].numpy().astype(np.float64), answer["primitive_normals"].numpy().astype(np.float64)
 
 
