@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 import shapely
 
+import indoor_bim
 from indoor_bim.errors import WriteError
 from indoor_bim.export.ifc import to_ifc, write_ifc
 from indoor_bim.export.ifc_openings import door_operation
@@ -142,6 +143,18 @@ def test_a_star_connects_all_pairs() -> None:
     found = connections(buildings.star())
     for a, b in (("W7", "W8"), ("W8", "W9"), ("W7", "W9")):
         assert frozenset({(a, "ATSTART"), (b, "ATSTART")}) in found
+
+
+def test_joints_may_name_walls_that_were_removed() -> None:
+    building = with_storey(buildings.two_rooms(), lambda s: replace(s, walls=s.walls[:-1], joints=s.joints * 2))
+    assert len(connections(building)) == 4
+
+
+def test_header_names_the_view_and_the_author() -> None:
+    header = opened(buildings.one_room()).header
+    assert header.file_description.description == ("ViewDefinition [DesignTransferView_V1.0]",)
+    assert (header.file_name.name, header.file_name.time_stamp) == ("House.ifc", "1970-01-01T00:00:00")
+    assert header.file_name.originating_system == f"indoor-bim {indoor_bim.__version__}"
 
 
 def test_wall_axis_is_the_centre_line() -> None:

@@ -33,8 +33,7 @@ def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_ty
         contained.append(walls[wall.id])
         for opening in wall.openings:
             contained.extend(add_opening(ifc, opening, wall, walls[wall.id]))
-    for joint in storey.joints:
-        connect(ifc, joint, walls)
+    connect(ifc, storey.joints, walls)
     slabs = [_add_slab(ifc, slab, container, storey.elevation) for slab in storey.slabs]
     columns = [_add_column(ifc, column, container, storey.elevation) for column in storey.columns]
     spaces = [_add_space(ifc, room, container, storey.elevation) for room in storey.rooms]

@@ -7,11 +7,13 @@ from collections.abc import Iterable, Sequence
 from math import hypot
 from typing import Any, Literal
 
+from indoor_bim import __version__
 from indoor_bim.model import Outline, Point2, Ring
 
 Schema = Literal["IFC4", "IFC4X3"]
 Entity = Any
 NAMESPACE = uuid.UUID("8e9c7a52-6d0f-5b1e-9a3c-2f4d7b60c1a5")
+VIEW = "DesignTransferView_V1.0"
 TIME_STAMP = "1970-01-01T00:00:00"
 PRECISION = 1e-5
 Point3 = tuple[float, float, float]
@@ -73,8 +75,11 @@ class IfcFile:
 
     def text(self, name: str) -> str:
         """Return the file as STEP text, with `name` and a fixed time in its header."""
-        self.file.header.file_name.name = name
-        self.file.header.file_name.time_stamp = TIME_STAMP
+        header = self.file.header
+        header.file_description.description = (f"ViewDefinition [{VIEW}]",)
+        header.file_name.name = name
+        header.file_name.time_stamp = TIME_STAMP
+        header.file_name.originating_system = f"indoor-bim {__version__}"
         return str(self.file.to_string())
 
     def point(self, coordinates: Sequence[float]) -> Entity:

@@ -95,18 +95,30 @@ def add_wall(ifc: IfcFile, wall: Wall, container: Entity, elevation: float, wall
     return element
 
 
-def connect(ifc: IfcFile, joint: Joint, walls: Mapping[str, Entity]) -> None:
-    """Relate the walls of a joint in pairs; where one runs through, the others meet it and not each other."""
-    members = sorted(zip(joint.walls, joint.ends, strict=True), key=lambda member: member[1] == "path")
-    through = "path" in joint.ends
-    for (related, related_end), (relating, relating_end) in combinations(members, 2):
-        if through and "path" not in (related_end, relating_end):
-            continue
+def connect(ifc: IfcFile, joints: Sequence[Joint], walls: Mapping[str, Entity]) -> None:
+    """Relate the walls that meet, in pairs; where one runs through, the others meet it and not each other.
+
+    Parameters
+    ----------
+    ifc : IfcFile
+        File to add to.
+    joints : sequence of Joint
+        Joints of a storey; walls that are not there are passed over.
+    walls : mapping of str to IfcWall
+        Entities of the storey's walls.
+    """
+    pairs: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {}
+    for joint in joints:
+        members = sorted(zip(joint.walls, joint.ends, strict=True), key=lambda member: member[1] == "path")
+        for related, relating in combinations([member for member in members if member[0] in walls], 2):
+            if "path" not in joint.ends or "path" in (related[1], relating[1]):
+                pairs.setdefault("/".join((*relating, *related)), (relating, related))
+    for key, ((relating_id, relating_end), (related_id, related_end)) in pairs.items():
         ifc.root(
             "IfcRelConnectsPathElements",
-            f"{relating}/{relating_end}/{related}/{related_end}",
-            RelatingElement=walls[relating],
-            RelatedElement=walls[related],
+            key,
+            RelatingElement=walls[relating_id],
+            RelatedElement=walls[related_id],
             RelatingPriorities=[],
             RelatedPriorities=[],
             RelatingConnectionType=_CONNECTION[relating_end],
