@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from math import floor
 from typing import Literal
 
 import shapely
 from shapely.geometry.base import BaseGeometry
 
-from indoor_bim.export.drawing import plan_bounds
+from indoor_bim.export.drawing import drawn_bounds, plan_bounds
 from indoor_bim.export.marks import Item, Layer, Mark, Stroke, Text, text_width
 from indoor_bim.export.page import View
 from indoor_bim.model import Outline, Point2, Storey
@@ -26,15 +27,17 @@ _TEXT_OFFSET = 0.8
 _MERGE = 0.015
 _LEAST_FACE = 0.3
 _NUDGE = 0.02
+_SKEW = 0.01
 
 
 @dataclass(frozen=True, slots=True)
 class Rail:
-    """Line on paper that a chain is drawn on, beside the plan."""
+    """Line on paper that a chain is drawn on, at a distance beside the plan's edge; helper lines come from `start`."""
 
     side: Side
     edge: float
     distance: float
+    start: float
 
     def at(self, along: float, out: float) -> Point2:
         """Point at a place along the line and a distance outwards from the plan's edge, millimetres."""
@@ -72,7 +75,7 @@ def dimension_layer(storey: Storey, view: View) -> Layer:
         chains = [chain, ends] if len(chain) > 2 else [ends]
         if side in ("top", "right"):
             chains = [chain] if len(chain) > 2 else []
-        items += _side_items(side, chains, bounds, view)
+        items += _side_items(storey, side, chains, view)
     return Layer("dimensions", "Dimensions", tuple(items))
 
 
@@ -96,7 +99,8 @@ def wall_face_chain(storey: Storey, side: Side) -> list[float]:
         return []
     rooms = shapely.union_all([room.outline.polygon for room in storey.rooms])
     first, last = (bounds[0], bounds[2]) if side in ("bottom", "top") else (bounds[1], bounds[3])
-    faces = [position for room in storey.rooms for position in _visible_faces(room.outline, rooms, side, bounds)]
+    walls = shapely.union_all([shapely.Polygon(wall.footprint) for wall in storey.walls]).buffer(_MERGE)
+    faces = [position for room in storey.rooms for position in _visible_faces(room.outline, rooms, walls, side, bounds)]
     chain = [first]
     for position in sorted(faces):
         if position - chain[-1] > _MERGE and last - position > _MERGE:
@@ -104,63 +108,106 @@ def wall_face_chain(storey: Storey, side: Side) -> list[float]:
     return [*chain, last]
 
 
-def _visible_faces(outline: Outline, rooms: BaseGeometry, side: Side, bounds: tuple[float, float, float, float]) -> Iterator[float]:
-    """Positions of the room's faces square to a side that nothing but a wall hides from it."""
+def _visible_faces(
+    outline: Outline, rooms: BaseGeometry, walls: BaseGeometry, side: Side, bounds: tuple[float, float, float, float]
+) -> Iterator[float]:
+    """Positions of the wall faces of a room, square to a side, that nothing but a wall hides from it."""
     upright = side in ("bottom", "top")
-    for (x0, y0), (x1, y1) in pairwise((*outline.exterior, outline.exterior[0])):
-        run, rise = (abs(x1 - x0), abs(y1 - y0)) if upright else (abs(y1 - y0), abs(x1 - x0))
-        if rise < _LEAST_FACE or run > 0.01 * rise:
+    for p, q in pairwise((*outline.exterior, outline.exterior[0])):
+        (u0, v0), (u1, v1) = (p, q) if upright else (p[::-1], q[::-1])
+        if abs(v1 - v0) < _LEAST_FACE or abs(u1 - u0) > _SKEW * abs(v1 - v0):
             continue
-        if upright:
-            x, inward = (x0 + x1) / 2, _NUDGE if y0 > y1 else -_NUDGE
-            foot, beyond = (min(y0, y1), bounds[1] - 1) if side == "bottom" else (max(y0, y1), bounds[3] + 1)
-            sight = shapely.LineString([(x + inward, foot), (x + inward, beyond)])
-        else:
-            x, inward = (y0 + y1) / 2, _NUDGE if x1 > x0 else -_NUDGE
-            foot, beyond = (min(x0, x1), bounds[0] - 1) if side == "left" else (max(x0, x1), bounds[2] + 1)
-            sight = shapely.LineString([(foot, x + inward), (beyond, x + inward)])
-        if sight.intersection(rooms).length < 2 * _NUDGE:
-            yield x
+        if shapely.LineString([p, q]).intersection(walls).length < _LEAST_FACE:
+            continue
+        u = (u0 + u1) / 2
+        inside = u + (_NUDGE if (v0 > v1) == upright else -_NUDGE)
+        start, beyond = {
+            "bottom": (min(v0, v1), bounds[1]),
+            "left": (min(v0, v1), bounds[0]),
+            "top": (max(v0, v1), bounds[3]),
+            "right": (max(v0, v1), bounds[2]),
+        }[side]
+        sight = [(inside, start), (inside, beyond)] if upright else [(start, inside), (beyond, inside)]
+        if shapely.LineString(sight).intersection(rooms).length < _NUDGE:
+            yield u
 
 
-def _side_items(side: Side, chains: Iterable[list[float]], bounds: tuple[float, float, float, float], view: View) -> Iterator[Item]:
-    (left, bottom), (right, top) = view.point(bounds[:2]), view.point(bounds[2:])
-    edge = {"bottom": bottom, "top": top, "left": left, "right": right}[side]
+def _side_items(storey: Storey, side: Side, chains: Iterable[list[float]], view: View) -> Iterator[Item]:
+    walls, drawn = plan_bounds(storey), drawn_bounds(storey)
+    if walls is None or drawn is None:
+        return
+    edge, far = _edge(side, walls, view), _edge(side, drawn, view)
     for chain, distance in zip(chains, (_FIRST_LINE, _SECOND_LINE), strict=False):
-        upright = side in ("bottom", "top")
-        places = [view.point((position, position))[0 if upright else 1] for position in chain]
-        rail = Rail(side, edge, distance)
+        places = [view.point((position, position))[0 if side in ("bottom", "top") else 1] for position in chain]
+        outwards = distance + abs(far - edge)
+        rail = Rail(side, edge, outwards, _GAP if distance == _FIRST_LINE else outwards - _OVERSHOOT)
         marks = [*_rail_lines(rail, places), *_rail_texts(rail, places, chain)]
         yield Item(tuple(marks), "dimension")
 
 
+def _edge(side: Side, bounds: tuple[float, float, float, float], view: View) -> float:
+    (left, bottom), (right, top) = view.point(bounds[:2]), view.point(bounds[2:])
+    return {"bottom": bottom, "top": top, "left": left, "right": right}[side]
+
+
 def _rail_lines(rail: Rail, places: list[float]) -> Iterator[Mark]:
     ends = (min(places) - _OVERSHOOT, max(places) + _OVERSHOOT)
-    start = rail.distance - _OVERSHOOT if rail.distance > _FIRST_LINE else _GAP
-    helpers = [(rail.at(place, start), rail.at(place, rail.distance + _OVERSHOOT)) for place in places]
+    helpers = [(rail.at(place, rail.start), rail.at(place, rail.distance + _OVERSHOOT)) for place in places]
     yield Stroke(((rail.at(ends[0], rail.distance), rail.at(ends[1], rail.distance)), *helpers), "dimension-line")
     centres = (rail.at(place, rail.distance) for place in places)
     yield Stroke(tuple(((x - _TICK, y + _TICK), (x + _TICK, y - _TICK)) for x, y in centres), "tick")
 
 
 def _rail_texts(rail: Rail, places: list[float], chain: list[float]) -> list[Text]:
-    """Lengths above their parts of the chain, below where they are too narrow; what would cover another is left out."""
-    spans = [((a + b) / 2, abs(b - a), f"{v - u:.2f}") for (a, b), (u, v) in zip(pairwise(places), pairwise(chain), strict=True)]
+    """Lengths above their parts of the chain, outside where these are too narrow; what would cover another is left out."""
+    spans = [((a + b) / 2, abs(b - a), label) for (a, b), label in zip(pairwise(places), centimetre_labels(chain), strict=True)]
     texts: list[Text] = []
     for middle, room, label in sorted(spans, key=lambda span: (-span[1], span[0])):
-        fits = text_width(label, _TEXT_SIZE) < room
-        choices = [(_TEXT_SIZE, True)] if fits else [(_SMALL_TEXT_SIZE, True), (_SMALL_TEXT_SIZE, False)]
-        for size, above in choices:
-            text = _rail_text(rail, middle, label, size, above=above)
-            if not any(text.box.buffer(0.2).intersects(other.box) for other in texts):
-                texts.append(text)
-                break
+        narrow = text_width(label, _TEXT_SIZE) > room - 2 * _TICK
+        text = _outside_text(rail, middle, label) if narrow else _inline_text(rail, middle, label)
+        if not any(text.box.buffer(0.2).intersects(other.box) for other in texts):
+            texts.append(text)
     return sorted(texts, key=lambda text: text.at)
 
 
-def _rail_text(rail: Rail, middle: float, label: str, size: float, *, above: bool) -> Text:
+def centimetre_labels(chain: list[float]) -> list[str]:
+    """Write the parts of a chain in metres to the centimetre so that they add up to the whole.
+
+    Parameters
+    ----------
+    chain : list of float
+        Ascending positions, metres.
+
+    Returns
+    -------
+    list of str
+        Each part rounded up or down; the largest remainders go up.
+
+    Examples
+    --------
+    >>> centimetre_labels([0.0, 0.25, 4.075, 4.175, 8.0, 8.25])
+    ['0.25', '3.83', '0.10', '3.82', '0.25']
+    """
+    lengths = [round(100 * (b - a), 6) for a, b in pairwise(chain)]
+    whole = [floor(length) for length in lengths]
+    missing = floor(round(100 * (chain[-1] - chain[0]), 6) + 0.5) - sum(whole)
+    for i in sorted(range(len(whole)), key=lambda i: (whole[i] - lengths[i], -lengths[i], i))[:missing]:
+        whole[i] += 1
+    return [f"{length / 100:.2f}" for length in whole]
+
+
+def _inline_text(rail: Rail, middle: float, label: str) -> Text:
+    """Text between the helper lines, just above the line; upright lines are read from the right."""
     x, y = rail.at(middle, rail.distance)
-    shift = -_TEXT_OFFSET if above else _TEXT_OFFSET + 0.8 * size
     if rail.side in ("bottom", "top"):
-        return Text((x, y + shift), label, size, "middle", style="dimension-text")
-    return Text((x + shift, y), label, size, "middle", angle=-90.0, style="dimension-text")
+        return Text((x, y - _TEXT_OFFSET), label, _TEXT_SIZE, "middle", style="dimension-text")
+    return Text((x - _TEXT_OFFSET, y), label, _TEXT_SIZE, "middle", angle=-90.0, style="dimension-text")
+
+
+def _outside_text(rail: Rail, middle: float, label: str) -> Text:
+    """Small text on the far side of the line, beyond the ends of the helper lines."""
+    size = _SMALL_TEXT_SIZE
+    x, y = rail.at(middle, rail.distance + _OVERSHOOT + 0.3)
+    if rail.side in ("bottom", "top"):
+        return Text((x, y + (0.78 * size if rail.side == "bottom" else -0.1)), label, size, "middle", style="dimension-text")
+    return Text((x + (0.78 * size if rail.side == "right" else -0.1), y), label, size, "middle", angle=-90.0, style="dimension-text")

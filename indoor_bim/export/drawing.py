@@ -36,6 +36,17 @@ def plan_bounds(storey: Storey) -> tuple[float, float, float, float] | None:
     return x0, y0, x1, y1
 
 
+def drawn_bounds(storey: Storey) -> tuple[float, float, float, float] | None:
+    """Return the bounds of a plan as `plan_bounds`, open door leaves included."""
+    bounds = plan_bounds(storey)
+    if bounds is None:
+        return None
+    tips = [point for wall in storey.walls for opening in wall.openings for leaf in _leaves(wall, opening) for point in leaf]
+    corners = np.array([bounds[:2], bounds[2:], *tips])
+    (x0, y0), (x1, y1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
+    return x0, y0, x1, y1
+
+
 def wall_layers(storey: Storey, view: View) -> Iterator[Layer]:
     """Draw the walls of a storey with their openings left out.
 
@@ -64,8 +75,9 @@ def wall_layers(storey: Storey, view: View) -> Iterator[Layer]:
 
     whole = _union(bodies.values())
     supported = _union(bodies[wall.id] for wall in storey.walls if is_supported(wall))
-    doubtful = whole.boundary.difference(supported.buffer(10 * _GRID))
-    outlines = [(whole.boundary.difference(doubtful), "outline"), (doubtful, "outline unsupported")]
+    border = whole.boundary or shapely.MultiLineString()
+    doubtful = border.difference(supported.buffer(10 * _GRID))
+    outlines = [(border.difference(doubtful), "outline"), (doubtful, "outline unsupported")]
     drawn = ((_lines(shape, view), style) for shape, style in outlines)
     yield Layer("wall-outlines", "Wall outlines", tuple(Item((Stroke(lines, style),)) for lines, style in drawn if lines))
     yield Layer(
@@ -109,8 +121,16 @@ def swing_areas(storey: Storey, view: View) -> list[BaseGeometry]:
     areas: list[BaseGeometry] = []
     for wall in storey.walls:
         for opening in wall.openings:
-            areas += [view.shape(shapely.Polygon([hinge, tip, latch])) for hinge, tip, latch in _leaves(wall, opening)]
+            areas += [view.shape(_sector(hinge, tip, latch)) for hinge, tip, latch in _leaves(wall, opening)]
     return areas
+
+
+def _sector(hinge: Point2, tip: Point2, latch: Point2) -> shapely.Polygon:
+    """Quarter of a disc around a hinge."""
+    share = np.linspace(0, np.pi / 2, 13)[:, None]
+    centre = np.array(hinge)
+    arc = centre + np.cos(share) * (np.array(tip) - centre) + np.sin(share) * (np.array(latch) - centre)
+    return shapely.Polygon([centre, *arc])
 
 
 def _body(wall: Wall) -> BaseGeometry:

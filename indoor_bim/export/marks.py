@@ -125,7 +125,7 @@ def text_width(text: str, size: float, *, bold: bool = False) -> float:
     Examples
     --------
     >>> round(text_width("Kitchen", 2.5), 1)
-    9.3
+    9.8
     """
     plain = (c for c in unicodedata.normalize("NFD", text) if not unicodedata.combining(c))
     return size * sum(_WIDTH.get(c, _UNKNOWN_WIDTH) for c in plain) * (_BOLD if bold else 1.0)

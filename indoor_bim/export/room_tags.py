@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
+from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from indoor_bim.export.marks import Item, Layer, Stroke, Text, text_width
@@ -17,6 +18,9 @@ _CLEARANCE = 0.6
 _LEADING = 1.45
 _STEP = 1.5
 _MOST_PLACES = 2500
+_NAME_SIZES = (3.0, 2.5, 2.2, 1.8)
+_LEAST_SIZE = 1.8
+_MOST_ROOMS = 0.75
 
 
 @dataclass(frozen=True, slots=True)
@@ -26,6 +30,14 @@ class TagLine:
     text: str
     size: float
     bold: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Space:
+    """Free part of a room on paper, and the places (n, 2) to try for its tag, best first."""
+
+    free: BaseGeometry
+    places: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,15 +88,15 @@ def room_tags(storey: Storey, view: View, *, obstacles: list[BaseGeometry]) -> T
     items: list[Item] = []
     numbered: list[tuple[int, Room]] = []
     blocked = shapely.union_all(obstacles)
-    for room in storey.rooms:
-        whole = view.shape(room.outline.polygon).buffer(-_CLEARANCE)
-        free = whole.difference(blocked)
-        texts = next((texts for lines, angle in _variants(room) if (texts := _place(lines, free, angle))), [])
+    spaces = [_space(room, view, blocked) for room in storey.rooms]
+    size = _common_size(storey.rooms, spaces)
+    for room, space in zip(storey.rooms, spaces, strict=True):
+        variants = (lines for name_size in _NAME_SIZES if name_size <= size for lines in _variants(room, name_size))
+        texts = next((texts for lines, angle in variants if (texts := _place(lines, space, angle))), [])
         if not texts:
             numbered.append((len(numbered) + 1, room))
             number = str(len(numbered))
-            sizes = ((free, 2.5), (whole, 2.5), (whole, 1.8))
-            texts = next((texts for space, size in sizes if (texts := _place([TagLine(number, size, True)], space, 0.0))), [])
+            texts = next((texts for number_size in (2.5, 1.8) if (texts := _place([TagLine(number, number_size, True)], space, 0.0))), [])
         if texts:
             items.append(Item(tuple(texts), "room-tag"))
     return Tags(Layer("room-tags", "Room tags", tuple(items)), tuple(numbered))
@@ -95,21 +107,49 @@ def area_text(room: Room) -> str:
     return f"{room.area:.1f} m²"
 
 
-def _variants(room: Room) -> Iterator[tuple[list[TagLine], float]]:
-    area, sides, name = area_text(room), _clear_sides(room), room.name
-    if sides:
-        yield [TagLine(name, 3.0, True), TagLine(area, 2.5), TagLine(sides, 2.0)], 0.0
-    yield [TagLine(name, 3.0, True), TagLine(area, 2.5)], 0.0
-    yield [TagLine(name, 2.5, True), TagLine(area, 2.2)], 0.0
-    yield [TagLine(name, 2.5, True), TagLine(area, 2.2)], -90.0
-    words = name.split()
+def _space(room: Room, view: View, blocked: BaseGeometry) -> Space:
+    whole = view.shape(room.outline.polygon)
+    free = whole.buffer(-_CLEARANCE).difference(blocked.buffer(_CLEARANCE))
+    parts = [part for part in shapely.get_parts(free) if part.geom_type == "Polygon" and part.area > 1]
+    if not parts:
+        return Space(free, np.zeros((0, 2)))
+    largest = max(parts, key=lambda part: part.area)
+    middle = (
+        whole.centroid if largest.covers(whole.centroid) else shapely.get_point(shapely.maximum_inscribed_circle(largest, tolerance=0.1), 0)
+    )
+    return Space(free, _places(largest, np.array(middle.coords[0])))
+
+
+def _common_size(rooms: tuple[Room, ...], spaces: list[Space]) -> float:
+    """Largest size of type at which most names fit, so that the tags of a plan look alike."""
+    for size in _NAME_SIZES[:-1]:
+        fitting = sum(
+            any(_place(lines, space, 0.0) for lines in _upright_variants(room, size)) for room, space in zip(rooms, spaces, strict=True)
+        )
+        if fitting >= _MOST_ROOMS * len(rooms):
+            return size
+    return _NAME_SIZES[-1]
+
+
+def _variants(room: Room, size: float) -> Iterator[tuple[list[TagLine], float]]:
+    for lines in _upright_variants(room, size):
+        yield lines, 0.0
+    yield [TagLine(room.name, size, True), TagLine(area_text(room), max(_LEAST_SIZE, 0.85 * size))], -90.0
+
+
+def _upright_variants(room: Room, size: float) -> Iterator[list[TagLine]]:
+    small = max(_LEAST_SIZE, 0.85 * size)
+    name, area = [TagLine(room.name, size, True)], TagLine(area_text(room), small)
+    sides = [TagLine(_clear_sides(room), max(_LEAST_SIZE, 0.7 * size))] if _clear_sides(room) else []
+    names = [name]
+    words = room.name.split()
     if len(words) > 1:
         cut = min(range(1, len(words)), key=lambda i: abs(len(" ".join(words[:i])) - len(" ".join(words[i:]))))
-        yield [TagLine(" ".join(words[:cut]), 2.2, True), TagLine(" ".join(words[cut:]), 2.2, True), TagLine(area, 2.0)], 0.0
-    for angle in (0.0, -90.0):
-        yield [TagLine(name, 2.0, True), TagLine(area, 2.0)], angle
-    for angle in (0.0, -90.0):
-        yield [TagLine(f"{name} {area}", 1.8)], angle
+        names.append([TagLine(" ".join(words[:cut]), size, True), TagLine(" ".join(words[cut:]), size, True)])
+    for title in names:
+        yield [*title, area, *sides]
+    for title in names if sides else []:
+        yield [*title, area]
 
 
 def _clear_sides(room: Room) -> str:
@@ -121,38 +161,28 @@ def _clear_sides(room: Room) -> str:
     corners = np.array(box.exterior.coords)
     edges = corners[1:3] - corners[:2]
     edges = edges[np.argsort(-np.abs(edges[:, 0]))]
-    return " × ".join(f"{length:.2f}" for length in np.hypot(*edges.T))
+    return " × ".join(f"{length + 1e-9:.2f}" for length in np.hypot(*edges.T))
 
 
-def _place(lines: list[TagLine], space: BaseGeometry, angle: float) -> list[Text]:
-    """Lines centred on the place nearest to the middle of a shape where all of them fit into it; empty if nowhere."""
+def _place(lines: list[TagLine], space: Space, angle: float) -> list[Text]:
+    """Lines centred on the place nearest to the middle of a room where all of them are free; empty if nowhere."""
     width = max(text_width(line.text, line.size, bold=line.bold) for line in lines)
     height = _LEADING * sum(line.size for line in lines)
-    across, down = (width, height) if angle == 0 else (height, width)
-    places = _places(space)
-    if not len(places):
-        return []
-    half = np.array([across, down]) / 2
-    boxes = shapely.box(*(places - half).T, *(places + half).T)
-    fitting = np.flatnonzero(shapely.covers(space, boxes))
-    return _stack(lines, tuple(places[fitting[0]].tolist()), height, angle) if len(fitting) else []
+    half = np.array([width, height] if angle == 0 else [height, width]) / 2
+    boxes = shapely.box(*(space.places - half).T, *(space.places + half).T)
+    fitting = np.flatnonzero(shapely.covers(space.free, boxes))
+    return _stack(lines, tuple(space.places[fitting[0]].tolist()), height, angle) if len(fitting) else []
 
 
-def _places(space: BaseGeometry) -> np.ndarray:
-    """Points (n, 2) of a grid over a shape, nearest first to the centre of its largest inscribed circle."""
-    parts = [part for part in shapely.get_parts(space) if part.geom_type == "Polygon" and part.area > 1]
-    if not parts:
-        return np.zeros((0, 2))
-    largest = max(parts, key=lambda part: part.area)
-    middle = np.array(shapely.maximum_inscribed_circle(largest, tolerance=0.1).coords[0])
-    x0, y0, x1, y1 = largest.bounds
+def _places(shape: BaseGeometry, middle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points (n, 2) of a grid over a shape, nearest to its middle first."""
+    x0, y0, x1, y1 = shape.bounds
     step = max(_STEP, float(np.sqrt((x1 - x0) * (y1 - y0) / _MOST_PLACES)))
-    columns, rows = (
-        np.arange(np.ceil((low - m) / step), np.floor((high - m) / step) + 1) for low, high, m in ((x0, x1, middle[0]), (y0, y1, middle[1]))
-    )
+    ranges = ((x0 - middle[0], x1 - middle[0]), (y0 - middle[1], y1 - middle[1]))
+    columns, rows = (np.arange(np.ceil(low / step), np.floor(high / step) + 1) for low, high in ranges)
     steps = np.array(np.meshgrid(columns, rows)).reshape(2, -1).T
     order = np.lexsort((steps[:, 0], steps[:, 1], (steps**2).sum(axis=1)))
-    return middle + step * steps[order]
+    return np.asarray(middle + step * steps[order])
 
 
 def _stack(lines: list[TagLine], centre: Point2, height: float, angle: float) -> list[Text]:

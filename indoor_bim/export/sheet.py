@@ -8,7 +8,7 @@ import shapely
 
 from indoor_bim.errors import WriteError
 from indoor_bim.export.dimensions import dimension_layer
-from indoor_bim.export.drawing import opening_layers, plan_bounds, swing_areas, wall_layers
+from indoor_bim.export.drawing import drawn_bounds, opening_layers, swing_areas, wall_layers
 from indoor_bim.export.marks import Layer, Text
 from indoor_bim.export.page import Page, View, blank_page, fit_page
 from indoor_bim.export.room_tags import room_layer, room_tags
@@ -51,13 +51,13 @@ def draw_plan(building: Building, *, storey: str | None = None) -> Plan:
         If there is no storey of that identifier.
     """
     shown = find_storey(building, storey)
-    bounds = plan_bounds(shown) if shown else None
+    bounds = drawn_bounds(shown) if shown else None
     if shown is None or bounds is None:
         page = blank_page()
         return Plan(page, None, (blank_layer(building, shown, page), title_layer(building, shown, page, None)))
     page, view = fit_page(bounds)
-    columns = [shapely.Polygon(column.footprint) for column in shown.columns]
-    obstacles = [*swing_areas(shown, view), *(view.shape(shape) for shape in columns)]
+    solids = [shapely.Polygon(element.footprint).buffer(0) for kind in (shown.walls, shown.columns) for element in kind]
+    obstacles = [*swing_areas(shown, view), *(view.shape(shape) for shape in solids)]
     tags = room_tags(shown, view, obstacles=obstacles)
     layers = (
         room_layer(shown, view),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import ceil, hypot
+from math import hypot
 from statistics import median
 
 from indoor_bim.export.drawing import is_supported
@@ -15,8 +15,11 @@ from indoor_bim.model import Building, Room, Storey
 _CAPTION, _BODY, _HEADLINE = 1.8, 2.5, 4.0
 _INSET = 1.5
 _NOTE, _NOTE_LEADING = 2.0, 3.0
-_BAR_LENGTHS = (0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
-_ARROW = 6.0
+_BAR_LENGTHS = (0.1, 0.2, 0.25, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+_ARROW = 4.5
+_BAR_WIDTH, _BAR_HEIGHT = 80.0, 19.0
+_NARROW = 150.0
+_COLUMN = 62.0
 
 
 def title_layer(building: Building, storey: Storey | None, page: Page, view: View | None) -> Layer:
@@ -155,7 +158,7 @@ def _north(building: Building) -> tuple[float, float] | None:
 
 def _north_arrow(field: Rect, north: tuple[float, float]) -> Iterator[Mark]:
     u, v = north
-    x, y = field.x + 66, field.bottom - 12
+    x, y = field.x + 68, field.bottom - 9
     tip, tail = (x + u * _ARROW, y + v * _ARROW), (x - u * _ARROW, y - v * _ARROW)
     wings = [(tail[0] + s * 2.5 * v, tail[1] - s * 2.5 * u) for s in (1, -1)]
     yield Stroke(((tip, wings[0], (x - u * 3, y - v * 3), wings[1]),), "north", closed=True)
@@ -173,16 +176,19 @@ def _legend(storey: Storey) -> list[str]:
 
 
 def _note_texts(remarks: list[str], field: Rect) -> Iterator[Text]:
-    """Remarks in columns above or beside the scale bar, as many as there is room for."""
-    below = field.height > 30
-    x = field.x + (3.0 if below else 80.0)
-    width = field.right - x - 3
-    rows = int((field.height - (13 if below else 2)) / _NOTE_LEADING)
-    columns = max(1, int(width // 62))
-    column_width = width / columns
-    lines = [line for remark in remarks for line in wrap(remark, _NOTE, width=column_width - 3)]
+    """Remarks in columns above the scale bar, or beside it on a wide field; as many lines as there is room for."""
+    above = field.width < _NARROW
+    place = Rect(field.x + 3, field.y, field.width - 6, field.height - _BAR_HEIGHT) if above else _beside(field)
+    rows = int((place.height - 1) / _NOTE_LEADING)
+    columns = max(1, int(place.width // _COLUMN))
+    width = place.width / columns
+    lines = [line for remark in remarks for line in wrap(remark, _NOTE, width=width - 3)]
     if len(lines) > rows * columns:
         lines = [*lines[: rows * columns - 1], "… more in the model"]
     for i, line in enumerate(lines):
-        column, row = divmod(i, max(rows, ceil(len(lines) / columns)))
-        yield Text((x + column * column_width, field.y + 4 + row * _NOTE_LEADING), line, _NOTE)
+        column, row = divmod(i, rows)
+        yield Text((place.x + column * width, place.y + 3.5 + row * _NOTE_LEADING), line, _NOTE)
+
+
+def _beside(field: Rect) -> Rect:
+    return Rect(field.x + _BAR_WIDTH, field.y, field.width - _BAR_WIDTH - 3, field.height)
