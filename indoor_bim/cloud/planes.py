@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import CEILING, FLOOR, WALL, Cloud, LevelledCloud, StoreyLevels
+from indoor_bim.cloud.filters import statistical_inliers
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan.directions import main_direction
 
@@ -245,28 +246,31 @@ def refit_plane(points: Points, plane: Plane, *, reach: float = 0.06, least_reac
     return plane, spread
 
 
-def thin_evenly(points: Points, *, cell: float) -> Points:
-    """Mean of the points in every occupied cube, sorted by cube; the same for every order of the points.
+def thin_evenly(points: Points, *, cell: float, layer: float | None = None) -> Points:
+    """Mean of the points in every occupied box, sorted by box; the same for every order of the points.
 
     Parameters
     ----------
     points : (n, 3) float64
         Points, metres.
     cell : float
-        Side of the cubes, metres.
+        Side of the boxes along x and y, metres.
+    layer : float, optional
+        Their height, metres; None: cubes.
 
     Returns
     -------
     (m, 3) float64
-        One point per occupied cube, exact to a micrometre.
+        One point per occupied box, exact to a micrometre.
 
     Examples
     --------
-    >>> thin_evenly(np.array([[0.1, 0.1, 0.1], [0.3, 0.3, 0.1], [2.5, 0.5, 0.5]]), cell=1.0).tolist()
+    >>> thin_evenly(np.array([[0.1, 0.1, 0.1], [0.3, 0.3, 0.1], [2.5, 0.5, 0.5]]), cell=1.0).round(6).tolist()
     [[0.2, 0.2, 0.1], [2.5, 0.5, 0.5]]
     """
     whole = np.rint(points / MICROMETRE)
-    index = np.floor(whole / round(cell / MICROMETRE)).astype(np.int64)
+    sides = np.rint(np.array([cell, cell, cell if layer is None else layer]) / MICROMETRE)
+    index = np.floor(whole / sides).astype(np.int64)
     index -= index.min(axis=0)
     size = index.max(axis=0) + 1
     key = (index[:, 0] * size[1] + index[:, 1]) * size[2] + index[:, 2]
@@ -371,7 +375,7 @@ def horizontal_plane(half: Points, *, normal: Points, grid_count: int) -> Plane 
     flat = half[alone_in_cell(half @ across.T, grid_count=grid_count)]
     if len(flat) < 30:
         return None
-    flat = flat[_not_outlying(flat)]
+    flat = flat[statistical_inliers(flat, nb_neighbors=20, std_ratio=2.0)]
     return fit_plane(flat).facing(normal) if len(flat) >= 30 else None
 
 
@@ -379,15 +383,6 @@ def _median_spacing(points: Points) -> float:
     from scipy.spatial import cKDTree
 
     return float(np.median(cKDTree(points).query(points[:: max(1, len(points) // 10_000)], k=2)[0][:, 1]))
-
-
-def _not_outlying(points: Points, *, neighbours: int = 20, ratio: float = 2.0) -> Mask:
-    from scipy.spatial import cKDTree
-
-    k = min(neighbours + 1, len(points))
-    distance = cKDTree(points).query(points, k=k)[0][:, 1:].mean(axis=1)
-    inlying: Mask = distance <= distance.mean() + ratio * distance.std()
-    return inlying
 
 
 def mean_normal(first: Plane, second: Plane) -> Points:
@@ -585,7 +580,7 @@ def rotation_to_z(normal: Points) -> Points:
 
     Examples
     --------
-    >>> (rotation_to_z(np.array([0.6, 0.0, 0.8])) @ [0.6, 0.0, 0.8]).round(12).tolist()
+    >>> np.abs(rotation_to_z(np.array([0.6, 0.0, 0.8])) @ [0.6, 0.0, 0.8]).round(12).tolist()
     [0.0, 0.0, 1.0]
     """
     x, y, z = normal

@@ -1,0 +1,185 @@
+"""The published `slope` method from a levelled cloud to wall faces (Remote Sensing 2021, 13, 4930)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.cloud.cloud import WALL, LevelledCloud
+from indoor_bim.cloud.filters import radius_inliers
+from indoor_bim.cloud.planes import thin_evenly
+from indoor_bim.cloud.spacing import point_spacing
+from indoor_bim.errors import NothingToReconstructError
+from indoor_bim.plan.facing import orient_by_free_space
+from indoor_bim.plan.heights import line_heights
+from indoor_bim.plan.image import remove_burrs, thicken, wall_image
+from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.segments import Segments
+from indoor_bim.plan.skeleton import pixel_slopes, remove_faults, thin_to_skeleton
+from indoor_bim.plan.slope_lines import find_slope_lines, to_segments
+from indoor_bim.plan.support import measure_support
+
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SlopeStages:
+    """Every product of the method, for whoever wants to look.
+
+    Parameters
+    ----------
+    walls : (n, 3) float64
+        Wall points that were left by the filters, metres.
+    image : Raster
+        Binary image of the walls without burrs.
+    skeleton : Raster
+        Skeleton of the image.
+    slopes : Raster
+        Slope of each pixel of the skeleton, faults removed.
+    free : Raster
+        Where floor or ceiling was seen.
+    segments : Segments
+        Faces.
+    """
+
+    walls: Points
+    image: Raster
+    skeleton: Raster
+    slopes: Raster
+    free: Raster
+    segments: Segments
+
+
+def slope_stages(
+    levelled: LevelledCloud,
+    *,
+    layer: float = 0.05,
+    share: float = 0.06,
+    thick: float = 0.05,
+    spacing_share: float = 0.4,
+    gror_radius: float | None = None,
+    gror_neighbours: int | None = None,
+    magnification: float | None = None,
+    min_pixels: int | None = None,
+    merge_gap: float | None = None,
+    merge_offset: float | None = None,
+    corner_gap: float | None = None,
+) -> SlopeStages:
+    """Run the method and keep the product of every stage.
+
+    Parameters
+    ----------
+    levelled : LevelledCloud
+        Cloud with x along a main direction, as `indoor_bim.cloud.planes.level_by_pca` gives it.
+    voxel : float, optional
+        Side of the cubes that wall points are thinned to before they are projected, metres.
+    gror_radius : float, optional
+        Radius of the outlier removal in plan, metres (r_GROR).
+    gror_neighbours : int, optional
+        Neighbours that a point needs within it (n_GROR).
+    magnification : float, optional
+        Pixels per metre of the wall image (n_moc).
+    min_pixels : int, optional
+        Lines of fewer pixels are dropped before lines are merged.
+    merge_gap : float, optional
+        Distance of end points below which lines of equal slope are merged, pixels (d_p).
+    merge_offset : float, optional
+        Largest distance across such lines, pixels.
+    corner_gap : float, optional
+        Distance of end points below which they become a corner, pixels (d_v).
+
+    Returns
+    -------
+    SlopeStages
+        All products; parameters that are None are derived from the points.
+
+    Raises
+    ------
+    NothingToReconstructError
+        If no wall line is found.
+    """
+    floor, ceiling = levelled.storeys[0].floor, levelled.storeys[0].ceiling
+    z = levelled.points[:, 2]
+    low = floor if floor is not None else float(np.quantile(z, 0.005))
+    high = ceiling if ceiling is not None else float(np.quantile(z, 0.995))
+    height = max(high - low, 0.1)
+    between = levelled.points[(levelled.part == WALL) & (z > low) & (z < high)]
+    if not len(between):
+        raise NothingToReconstructError(f"found no points between floor and ceiling in {len(z)} points; expected walls: scan them too")
+    spacing = point_spacing(between)
+    magnification = 1 / max(0.015, spacing_share * spacing) if magnification is None else magnification
+    pixel = 1 / magnification
+    layer = max(layer, spacing)
+    walls = thin_evenly(between, cell=pixel, layer=layer)
+    gror_radius = 1.5 * pixel if gror_radius is None else gror_radius
+    if gror_neighbours is None:
+        gror_neighbours = max(3, round(share * (height / layer) * (2 * gror_radius / pixel)))
+    min_pixels = max(3, round(0.10 * magnification)) if min_pixels is None else min_pixels
+    merge_gap = 0.30 * magnification if merge_gap is None else merge_gap
+    merge_offset = max(1.5, 0.03 * magnification) if merge_offset is None else merge_offset
+    corner_gap = 0.15 * magnification if corner_gap is None else corner_gap
+
+    walls = walls[radius_inliers(np.ascontiguousarray(walls[:, :2]), nb_points=gror_neighbours, radius=gror_radius)]
+    if not len(walls):
+        raise NothingToReconstructError(
+            f"found no walls: none of {len(between)} points between floor and ceiling has {gror_neighbours} others within "
+            f"{gror_radius:.3f} m in plan; scan the walls from floor to ceiling, or lower slope.gror_neighbours"
+        )
+    image = wall_image(walls[:, :2], magnification=magnification)
+    clean = remove_burrs(image.image)
+    if (image.image & ~clean).sum() > thick * image.image.sum():
+        clean = remove_burrs(thicken(image.image))
+    image = replace(image, image=clean)
+    skeleton = replace(image, image=thin_to_skeleton(image.image))
+    slopes = replace(image, image=remove_faults(pixel_slopes(skeleton.image)))
+    lines = find_slope_lines(slopes.image, min_pixels=min_pixels, merge_gap=merge_gap, merge_offset=merge_offset)
+    if not len(lines):
+        raise NothingToReconstructError(f"found no wall lines in an image of {image.image.sum()} wall pixels; expected straight walls")
+    segments = to_segments(lines, image, corner_gap=corner_gap)
+    free = free_space(levelled)
+    segments = orient_by_free_space(segments, free)
+    segments = measure_support(segments, walls, reach=max(2 / magnification, 0.03), height=height)
+    top = line_heights((segments.p + segments.q) / 2, walls[:, :2], walls[:, 2], radius=2 / magnification, storey_height=ceiling)
+    return SlopeStages(walls, image, skeleton, slopes, free, replace(segments, top=top))
+
+
+def slope_segments(levelled: LevelledCloud, **parameters: float | int | None) -> Segments:
+    """Wall faces by the published method; see `slope_stages`.
+
+    Parameters
+    ----------
+    levelled : LevelledCloud
+        Cloud with x along a main direction.
+    **parameters : float, int or None
+        Those of `slope_stages`.
+
+    Returns
+    -------
+    Segments
+        Faces, sorted by the coordinates of their ends.
+    """
+    return slope_stages(levelled, **parameters).segments  # type: ignore[arg-type]
+
+
+def free_space(levelled: LevelledCloud, *, cell: float = 0.05) -> Raster:
+    """Image of where floor or ceiling was seen.
+
+    Parameters
+    ----------
+    levelled : LevelledCloud
+        Cloud split into floor, ceiling and walls.
+    cell : float
+        Side of a pixel, metres.
+
+    Returns
+    -------
+    Raster
+        True where a floor or ceiling point lies or three of the eight neighbours hold one.
+    """
+    seen = levelled.points[levelled.part != WALL, :2]
+    if not len(seen):
+        return Raster(np.zeros((1, 1), dtype=bool), np.zeros(2), cell)
+    raster = wall_image(seen, magnification=1 / cell)
+    return replace(raster, image=raster.image | remove_burrs(raster.image))
