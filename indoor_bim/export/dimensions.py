@@ -18,6 +18,8 @@ from indoor_bim.model import Outline, Point2, Storey
 
 Side = Literal["bottom", "left", "top", "right"]
 
+_SIDES: tuple[Side, ...] = ("bottom", "left", "top", "right")
+_OPPOSITE: dict[Side, Side] = {"top": "bottom", "right": "left"}
 _FIRST_LINE, _SECOND_LINE = 9.0, 17.0
 _GAP = 2.0
 _OVERSHOOT = 1.5
@@ -65,12 +67,13 @@ def dimension_layer(storey: Storey, view: View) -> Layer:
     if bounds is None:
         return Layer("dimensions", "Dimensions", ())
     items: list[Item] = []
-    seen: list[list[float]] = []
-    for side in ("bottom", "left", "top", "right"):
+    chains_by_side: dict[Side, list[float]] = {}
+    for side in _SIDES:
         chain = wall_face_chain(storey, side)
-        if any(len(chain) == len(other) and all(abs(a - b) < _MERGE for a, b in zip(chain, other, strict=True)) for other in seen):
+        chains_by_side[side] = chain
+        opposite = chains_by_side.get(_OPPOSITE[side], []) if side in _OPPOSITE else []
+        if len(chain) == len(opposite) and all(abs(a - b) < _MERGE for a, b in zip(chain, opposite, strict=True)):
             continue
-        seen.append(chain)
         ends = [chain[0], chain[-1]]
         chains = [chain, ends] if len(chain) > 2 else [ends]
         if side in ("top", "right"):

@@ -15,6 +15,7 @@ from indoor_bim.export.page import View
 from indoor_bim.model import Point2, Room, Storey
 
 _CLEARANCE = 0.6
+_AT_WALL = 0.03
 _LEADING = 1.45
 _STEP = 1.5
 _MOST_PLACES = 2500
@@ -49,22 +50,16 @@ class Tags:
 
 
 def room_layer(storey: Storey, view: View) -> Layer:
-    """Draw the floor of each room as an area without lines, one item per room, named after it."""
-    items = [
-        Item(
-            (
-                Stroke(
-                    tuple(tuple(view.point(corner) for corner in ring) for ring in (room.outline.exterior, *room.outline.holes)),
-                    "room",
-                    True,
-                ),
-            ),
-            "room",
-            room.id,
-            f"{room.name}, {area_text(room)}, clear height {room.height:.2f} m",
-        )
-        for room in storey.rooms
-    ]
+    """Draw each room, one item named after it: its floor, and a thin line where no wall bounds it."""
+    walls = shapely.union_all([shapely.Polygon(wall.footprint) for wall in storey.walls]).buffer(_AT_WALL)
+    items = []
+    for room in storey.rooms:
+        rings = (room.outline.exterior, *room.outline.holes)
+        floor = Stroke(tuple(tuple(view.point(corner) for corner in ring) for ring in rings), "room", closed=True)
+        border = shapely.line_merge(room.outline.polygon.boundary.difference(walls))
+        pieces = tuple(sorted(tuple(piece.coords) for piece in shapely.get_parts(view.shape(border)) if piece.length > 1))
+        marks = (floor, Stroke(pieces, "open-border")) if pieces else (floor,)
+        items.append(Item(marks, "room", room.id, f"{room.name}, {area_text(room)}, clear height {room.height:.2f} m"))
     return Layer("rooms", "Rooms", tuple(items))
 
 
@@ -96,7 +91,11 @@ def room_tags(storey: Storey, view: View, *, obstacles: list[BaseGeometry]) -> T
         if not texts:
             numbered.append((len(numbered) + 1, room))
             number = str(len(numbered))
-            texts = next((texts for number_size in (2.5, 1.8) if (texts := _place([TagLine(number, number_size, True)], space, 0.0))), [])
+            choices = (
+                [TagLine(number, 2.5, True), TagLine(area_text(room), _LEAST_SIZE)],
+                *([TagLine(number, s, True)] for s in (2.5, 1.8)),
+            )
+            texts = next((texts for lines in choices if (texts := _place(lines, space, 0.0))), [])
         if texts:
             items.append(Item(tuple(texts), "room-tag"))
     return Tags(Layer("room-tags", "Room tags", tuple(items)), tuple(numbered))

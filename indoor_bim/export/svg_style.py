@@ -17,6 +17,7 @@ path { fill: none; stroke: {ink}; stroke-width: 0.18; stroke-linecap: butt; stro
 .sheet { fill: {paper} }
 .underlay { opacity: 0.5 }
 path.room { fill: {floor}; fill-opacity: 0; stroke: none; fill-rule: evenodd }
+path.open-border { stroke: {soft}; stroke-width: 0.13; stroke-dasharray: 2 1 }
 path.wall-body { fill: {poche}; stroke: none; fill-rule: evenodd }
 path.hatch { stroke: {soft}; stroke-width: 0.09 }
 path.outline { stroke-width: 0.5; stroke-linecap: square }

@@ -129,9 +129,7 @@ def _cell(cell: Rect, caption: str, text: str, *, size: float) -> Iterator[Mark]
     width = cell.width - 2 * _INSET
     yield Text((cell.x + _INSET, cell.y + 3.2), shorten(caption, _CAPTION, width=width), _CAPTION, style="caption")
     fitting = min(size, max(_BODY, size * width / max(text_width(text, size), 1e-6)))
-    shown = shorten(text, fitting, width=width)
-    if shown:
-        yield Text((cell.x + _INSET, cell.bottom - 2.6), shown, fitting)
+    yield Text((cell.x + _INSET, cell.bottom - 2.6), shorten(text, fitting, width=width) or "—", fitting)
 
 
 def _scale_bar(field: Rect, view: View) -> Iterator[Mark]:
