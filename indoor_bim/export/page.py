@@ -12,7 +12,7 @@ from indoor_bim.model import Point2
 
 PAPERS: dict[str, tuple[float, float]] = {"A4": (297, 210), "A3": (420, 297), "A2": (594, 420), "A1": (841, 594), "A0": (1189, 841)}
 MARGIN = 10.0
-TITLE_WIDTH, TITLE_HEIGHT = 180.0, 36.0
+TITLE_WIDTH, TITLE_HEIGHT = 190.0, 36.0
 NOTES_HEIGHT = 24.0
 DIMENSION_SPACE = 26.0
 

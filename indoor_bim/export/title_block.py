@@ -44,7 +44,7 @@ def title_layer(building: Building, storey: Storey | None, page: Page, view: Vie
     block = page.title
     row = block.height / 3
     cells: list[tuple[Rect, str, str]] = []
-    columns = ((0.0, 82.0), (82.0, 62.0), (144.0, 36.0))
+    columns = ((0.0, 86.0), (86.0, 66.0), (152.0, 38.0))
     table = (
         (("Project", building.name), ("Floor plan", storey.name if storey else "—"), ("Scale", f"1:{view.scale}" if view else "—")),
         (("Scan", building.source), ("Method", building.method), ("Paper, lengths", f"{page.paper}, metres")),
