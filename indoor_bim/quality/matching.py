@@ -40,14 +40,15 @@ def rooms_area(storey: Storey) -> shapely.Geometry:
     """Union of the rooms of a storey."""
     import shapely
 
-    return shapely.union_all([room.outline.polygon for room in storey.rooms])
+    return shapely.union_all([shapely.make_valid(room.outline.polygon) for room in storey.rooms])
 
 
 def walls_area(storey: Storey) -> shapely.Geometry:
     """Union of the wall footprints of a storey, seams closed."""
     import shapely
 
-    union = shapely.union_all([shapely.Polygon(wall.footprint).buffer(1e-4, join_style="mitre") for wall in storey.walls])
+    footprints = [shapely.make_valid(shapely.Polygon(wall.footprint)) for wall in storey.walls]
+    union = shapely.union_all([footprint.buffer(1e-4, join_style="mitre") for footprint in footprints])
     return union.buffer(-1e-4, join_style="mitre").simplify(1e-4)
 
 
@@ -218,7 +219,7 @@ def room_overlaps(result: Storey, truth: Storey) -> Floats:
     import shapely
 
     a = np.array([room.outline.polygon for room in truth.rooms], dtype=object).reshape(-1, 1)
-    b = np.array([room.outline.polygon.buffer(0) for room in result.rooms], dtype=object).reshape(1, -1)
+    b = np.array([shapely.make_valid(room.outline.polygon) for room in result.rooms], dtype=object).reshape(1, -1)
     common = shapely.area(shapely.intersection(a, b))
     return np.asarray(common / (shapely.area(a) + shapely.area(b) - common))
 

@@ -121,9 +121,11 @@ def lay_out_storey(
     bodies = [shapely.Polygon([outer[i], outer[i - len(ring) + 1], inner[i - len(ring) + 1], inner[i]]) for i in corners]
     free = shapely.Polygon(inner)
     for k, partition in enumerate(partitions):
-        body = shapely.intersection(_strip(partition, partitions[k + 1 :]), free, grid_size=_GRID)
-        if body.geom_type != "Polygon":
+        common = shapely.intersection(_strip(partition, partitions[k + 1 :]), free, grid_size=_GRID)
+        pieces = [piece for piece in shapely.get_parts(common) if piece.geom_type == "Polygon"]
+        if len(pieces) != 1:
             raise ValueError(f"partition {k} falls apart: let it end at the wall that it crosses")
+        body = pieces[0]
         specs.append(partition)
         bodies.append(body)
         free = shapely.difference(free, body, grid_size=_GRID)
