@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import datetime
 from pathlib import Path
 
 import numpy as np
 
+from indoor_bim.cloud.write import write_las
 from indoor_bim.errors import WriteError
 from indoor_bim.export.files import replace_file
 from indoor_bim.export.json import write_json
@@ -35,24 +35,9 @@ def write_scan(scan: SimulatedScan, folder: str | Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise WriteError(f"{folder}: cannot make this folder ({error.strerror}); name a folder you may write to.") from error
-    with replace_file(folder / "scan.laz") as draft:
-        _write_laz(scan, draft)
+    write_las(folder / "scan.laz", scan.points, gps_time=scan.gps_time, resolution=_RESOLUTION)
     with replace_file(folder / "trajectory.csv") as draft:
         np.savetxt(
             draft, scan.trajectory, fmt=["%.3f", "%.4f", "%.4f", "%.4f"], delimiter=",", header="t,x,y,z", comments="", encoding="utf-8"
         )
     write_json(scan.truth, folder / "truth.json")
-
-
-def _write_laz(scan: SimulatedScan, path: Path) -> None:
-    import laspy
-
-    header = laspy.LasHeader(version="1.2", point_format=1)
-    header.scales = np.full(3, _RESOLUTION)
-    header.offsets = np.floor(scan.points.mean(axis=0))
-    header.creation_date = datetime.date(2000, 1, 1)
-    header.generating_software = "indoor-bim simulate"
-    las = laspy.LasData(header)
-    las.xyz = scan.points
-    las.gps_time = scan.gps_time
-    las.write(str(path))
