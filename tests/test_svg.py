@@ -9,6 +9,7 @@ import pytest
 import shapely
 
 from indoor_bim.errors import WriteError
+from indoor_bim.export.dimensions import centimetre_labels, wall_face_chain
 from indoor_bim.export.sheet import draw_plan
 from indoor_bim.export.svg import Underlay, plan_paths, plan_svg, write_plans, write_svg
 from indoor_bim.model import Building, Evidence, Opening, Outline, Room, Storey, Wall
@@ -217,6 +218,29 @@ def test_dimensions_tell_the_building():
         sorted(["0.30", "4.00", "0.30"]),
         ["4.60"],
     ]
+
+
+def test_dimensions_tell_the_inner_width_without_rooms():
+    building = buildings.one_room()
+    bare = replace(building, storeys=(replace(building.storeys[0], rooms=()),))
+    layer = next(layer for layer in draw_plan(bare).layers if layer.name == "dimensions")
+    chains = [sorted(mark.text for mark in item.marks if hasattr(mark, "text")) for item in layer.items]
+    assert chains == [["0.20", "0.20", "5.00"], ["5.40"], ["0.20", "0.20", "4.00"], ["4.40"]]
+
+
+def test_dimensions_leave_out_what_lies_behind_other_rooms():
+    chains = {side: wall_face_chain(buildings.courtyard().storeys[0], side) for side in ("bottom", "left", "top", "right")}
+    assert chains["bottom"] == chains["top"] == pytest.approx([-0.1, 0.1, 9.9, 10.1])
+    assert chains["left"] == chains["right"] == pytest.approx([-0.1, 0.1, 7.9, 8.1])
+
+
+def test_dimension_labels_add_up():
+    random = np.random.default_rng(7)
+    for count in (1, 2, 5, 20):
+        chain = np.cumsum([0.0, *random.uniform(0.05, 4, count)]).tolist()
+        labels = [float(label) for label in centimetre_labels(chain)]
+        assert sum(labels) == pytest.approx(chain[-1], abs=0.00501)
+        np.testing.assert_allclose(labels, np.diff(chain), atol=0.01)
 
 
 def test_title_block_tells_accuracy_and_source():

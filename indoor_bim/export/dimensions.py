@@ -14,7 +14,7 @@ from shapely.geometry.base import BaseGeometry
 from indoor_bim.export.drawing import drawn_bounds, plan_bounds
 from indoor_bim.export.marks import Item, Layer, Mark, Stroke, Text, text_width
 from indoor_bim.export.page import View
-from indoor_bim.model import Outline, Point2, Storey
+from indoor_bim.model import Outline, Point2, Storey, Wall
 
 Side = Literal["bottom", "left", "top", "right"]
 
@@ -104,11 +104,26 @@ def wall_face_chain(storey: Storey, side: Side) -> list[float]:
     first, last = (bounds[0], bounds[2]) if side in ("bottom", "top") else (bounds[1], bounds[3])
     walls = shapely.union_all([shapely.Polygon(wall.footprint) for wall in storey.walls]).buffer(_MERGE)
     faces = [position for room in storey.rooms for position in _visible_faces(room.outline, rooms, walls, side, bounds)]
+    if not storey.rooms:
+        faces = [position for wall in storey.walls for position in _inner_face(wall, side, first, last)]
     chain = [first]
     for position in sorted(faces):
         if position - chain[-1] > _MERGE and last - position > _MERGE:
             chain.append(position)
     return [*chain, last]
+
+
+def _inner_face(wall: Wall, side: Side, first: float, last: float) -> Iterator[float]:
+    """Position of the inner face of a wall that lies along one end of the building, square to a side."""
+    along, across = (0, 1) if side in ("bottom", "top") else (1, 0)
+    low, high = (end([corner[along] for corner in wall.footprint]) for end in (min, max))
+    (p, q) = wall.axis
+    if abs(q[along] - p[along]) > _SKEW * abs(q[across] - p[across]):
+        return
+    if low - first < _MERGE:
+        yield high
+    elif last - high < _MERGE:
+        yield low
 
 
 def _visible_faces(
