@@ -53,7 +53,11 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     stages : Stages
         Keeps every stage's product.
     """
+    import numpy as np
+
     from indoor_bim.cloud.planes import level_by_pca
+    from indoor_bim.plan.curtains import draw_curtains
+    from indoor_bim.plan.selection import wall_like
     from indoor_bim.plan.storey_plan import StoreyPlan
     from indoor_bim.slope import slope_stages
     from indoor_bim.storeys import storey_from_plan
@@ -73,11 +77,12 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         )
         keep(lines)
     level = levelled.storeys[0]
-    plan = StoreyPlan(lines.segments, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)
+    faces = lines.segments
+    height = (level.ceiling or float(np.nanmax(faces.top))) - (level.floor or 0.0)
+    faces = draw_curtains(faces.take(wall_like(faces, storey_height=height)))
+    plan = StoreyPlan(faces, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)
     with stages("walls") as keep:
-        storey, walls, warnings = storey_from_plan(
-            plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness
-        )
+        storey, walls, warnings = storey_from_plan(plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness)
         keep(walls)
     return Reconstruction(levelled.frame, (storey,), warnings=warnings)
 

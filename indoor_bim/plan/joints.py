@@ -17,7 +17,8 @@ Floats = NDArray[np.float64]
 
 LONGEST_MITRE = 3.0  # a mitre reaches no farther than this times the thicker wall's thickness
 SLIVER = 1e-6  # square metres
-MICROMETRE_DECIMALS = 6  # corners that two walls share are equal to the last digit
+GRID = 1e-6  # metres; corners that two walls share are equal to the last digit
+DECIMALS = 6
 
 
 def footprints(walls: Walls, meetings: tuple[Meeting, ...]) -> list[shapely.Polygon]:
@@ -49,7 +50,7 @@ def footprints(walls: Walls, meetings: tuple[Meeting, ...]) -> list[shapely.Poly
         half = walls.normal[k] * walls.thickness[k] / 2
         start = caps.get((k, 0), [walls.p[k] + half, walls.p[k] - half])  # left to right, seen along p -> q
         end = caps.get((k, 1), [walls.q[k] - half, walls.q[k] + half])
-        ring = shapely.Polygon(np.round([*start, *end], MICROMETRE_DECIMALS))
+        ring = shapely.Polygon(np.round([*start, *end], DECIMALS))
         out.append(ring if ring.is_valid and ring.area > SLIVER else _rectangle(walls, k))
     return _without_overlaps(walls, out)
 
@@ -113,8 +114,8 @@ def _without_overlaps(walls: Walls, polygons: list[shapely.Polygon]) -> list[sha
     for k in rank:
         mine = out[k]
         for j in sorted(tree.query(polygons[k], predicate="intersects")):
-            if place[j] < place[k] and mine.intersection(out[j]).area > SLIVER:
-                mine = max(_parts(mine.difference(out[j])), key=lambda part: part.area, default=mine)
+            if place[j] < place[k] and shapely.intersection(mine, out[j], grid_size=GRID).area > SLIVER:
+                mine = max(_parts(shapely.difference(mine, out[j], grid_size=GRID)), key=lambda part: part.area, default=mine)
         out[k] = shapely.Polygon(mine.exterior)
     return out
 

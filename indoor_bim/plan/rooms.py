@@ -37,10 +37,10 @@ def room_polygons(
     import shapely
 
     lines = [shapely.LineString(edge) for edge in sorted(tuple(sorted(edge)) for edge in graph.edges)]
-    walls = shapely.union_all(footprints) if footprints else shapely.Polygon()
+    walls = shapely.union_all(footprints, grid_size=1e-6) if footprints else shapely.Polygon()
     rooms = []
     for cell in shapely.get_parts(shapely.polygonize(lines)):
-        for part in shapely.get_parts(cell.difference(walls)):
+        for part in shapely.get_parts(shapely.difference(cell, walls, grid_size=1e-6)):
             if part.geom_type == "Polygon" and part.area >= min_area and not part.buffer(-min_width / 2).is_empty:
                 rooms.append(part.simplify(0.001))
     return sorted(rooms, key=lambda room: tuple(np.round([*room.representative_point().coords[0], room.area], 4)))

@@ -96,7 +96,7 @@ def walls_from_faces(
     *,
     min_thickness: float = 0.05,
     max_thickness: float = 0.60,
-    bridged_gap: float = 1.3,
+    bridged_gap: float = 2.5,
     offset_tolerance: float = 0.03,
     usual_thickness: float | None = None,
 ) -> Walls:
