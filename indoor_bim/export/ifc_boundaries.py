@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import hypot
 
 from indoor_bim.export.ifc_file import PRECISION, Entity, IfcFile, Point3
-from indoor_bim.model import Point2, Room, Slab, Wall
+from indoor_bim.model import Point2, Room, Slab, Storey, Wall
 
 _FACE_TOLERANCE = 0.02
 _MIN_CONTACT_AREA = 1e-4
@@ -14,36 +14,40 @@ _COVERED = 0.999
 Rings = Sequence[Sequence[Point2]]
 
 
-def add_boundaries(
-    ifc: IfcFile, room: Room, space: Entity, walls: Sequence[tuple[Wall, Entity]], slabs: Sequence[tuple[Slab, Entity]]
-) -> None:
-    """Relate a room to the walls that the model names and to the slabs above and below it.
+def add_boundaries(ifc: IfcFile, storey: Storey, spaces: Sequence[Entity], walls: Mapping[str, Entity], slabs: Sequence[Entity]) -> None:
+    """Relate every room to the walls that the model names for it and to the slabs above and below it.
 
     Parameters
     ----------
     ifc : IfcFile
         File to add to.
-    room : Room
-        Room of the model.
-    space : IfcSpace
-        Its entity, placed at its floor.
-    walls, slabs : sequence of (element, entity)
-        Walls and slabs of the storey.
+    storey : Storey
+        Storey of the model.
+    spaces : sequence of IfcSpace
+        Entities of its rooms, placed at their floors.
+    walls : mapping of str to IfcWall
+        Entities of its walls.
+    slabs : sequence of IfcSlab
+        Entities of its slabs.
     """
-    for wall, entity in walls:
-        if wall.id not in room.walls:
-            continue
-        side = {True: "EXTERNAL", False: "INTERNAL", None: "NOTDEFINED"}[wall.external]
-        surfaces: list[Entity | None] = [_wall_surface(ifc, a, b, room.height) for a, b in _edges_along(room, wall)]
-        for i, surface in enumerate(surfaces or [None]):
-            _add_boundary(ifc, f"{room.id}/{wall.id}/{i}", space, entity, side, surface)
-    polygon = room.outline.polygon
-    for slab, entity in slabs:
-        contact = float(slab.outline.polygon.intersection(polygon).area)
-        if contact < _MIN_CONTACT_AREA:
-            continue
-        surface = _slab_surface(ifc, room, slab) if contact > _COVERED * polygon.area else None
-        _add_boundary(ifc, f"{room.id}/{slab.id}", space, entity, "NOTDEFINED", surface)
+    import shapely
+
+    models = {wall.id: wall for wall in storey.walls}
+    plates = [slab.outline.polygon for slab in storey.slabs]
+    tree = shapely.STRtree(plates)
+    for room, space in zip(storey.rooms, spaces, strict=True):
+        for wall in (models[id] for id in dict.fromkeys(room.walls) if id in models):
+            side = {True: "EXTERNAL", False: "INTERNAL", None: "NOTDEFINED"}[wall.external]
+            surfaces: list[Entity | None] = [_wall_surface(ifc, a, b, room.height) for a, b in _edges_along(room, wall)]
+            for i, surface in enumerate(surfaces or [None]):
+                _add_boundary(ifc, f"{room.id}/{wall.id}/{i}", space, walls[wall.id], side, surface)
+        polygon = room.outline.polygon
+        for i in sorted(tree.query(polygon).tolist()):
+            slab, contact = storey.slabs[i], float(plates[i].intersection(polygon).area)
+            if contact >= _MIN_CONTACT_AREA:
+                covered = contact > _COVERED * polygon.area
+                plate = _slab_surface(ifc, room, slab) if covered else None
+                _add_boundary(ifc, f"{room.id}/{slab.id}", space, slabs[i], "NOTDEFINED", plate)
 
 
 def _add_boundary(ifc: IfcFile, key: str, space: Entity, element: Entity, side: str, surface: Entity | None) -> None:

@@ -37,8 +37,7 @@ def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_ty
     slabs = [_add_slab(ifc, slab, container, storey.elevation) for slab in storey.slabs]
     columns = [_add_column(ifc, column, container, storey.elevation) for column in storey.columns]
     spaces = [_add_space(ifc, room, container, storey.elevation) for room in storey.rooms]
-    for room, space in zip(storey.rooms, spaces, strict=True):
-        add_boundaries(ifc, room, space, list(zip(storey.walls, walls.values(), strict=True)), list(zip(storey.slabs, slabs, strict=True)))
+    add_boundaries(ifc, storey, spaces, walls, slabs)
     contained += slabs + columns
     if contained:
         ifc.root("IfcRelContainedInSpatialStructure", storey.id, RelatedElements=contained, RelatingStructure=container)
