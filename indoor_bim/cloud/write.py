@@ -66,10 +66,9 @@ def write_las(
     header.system_identifier = header.generating_software = "indoor_bim"
     header.scales = np.full(3, resolution)
     header.offsets = np.floor(low)
-    if len(xyz) and float(np.ptp(xyz, axis=0).max()) / resolution > 2**31 - 2:
-        raise WriteError(
-            f"{path}: found an extent of {np.ptp(xyz, axis=0).max():g}, too large for steps of {resolution:g}; take larger steps"
-        )
+    extent = float(np.ptp(xyz, axis=0).max()) if len(xyz) else 0.0
+    if extent / resolution > 2**31 - 2:
+        raise WriteError(f"{path}: found an extent of {extent:g}, too large for steps of {resolution:g}; take larger steps")
     record = laspy.ScaleAwarePointRecord.zeros(len(xyz), header=header)
     steps = np.rint((xyz - header.offsets) / resolution).astype(np.int32)
     record["X"], record["Y"], record["Z"] = steps[:, 0], steps[:, 1], steps[:, 2]
@@ -133,5 +132,5 @@ def _replace(path: Path, write: Callable[[BinaryIO], None]) -> None:
             beside.unlink(missing_ok=True)
     except OSError as error:
         raise WriteError(
-            f"{path}: cannot be written ({error.strerror or error}); check the folder, its permissions and the disk"
+            f"{path}: cannot be written ({error.strerror or error}); check the folder and the disk"
         ) from error
