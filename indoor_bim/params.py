@@ -10,6 +10,8 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from indoor_bim.errors import ConfigError
+
 
 class Stage(BaseModel):
     """Parameters of one stage: frozen, no unknown names, no infinite numbers."""
@@ -20,20 +22,54 @@ class Stage(BaseModel):
 class ReadParams(Stage):
     """Reading the scan."""
 
-    unit: Literal["auto", "m", "dm", "cm", "mm", "ft", "us-ft", "in"] = Field("auto", description="Unit of the scan's coordinates; auto recognises millimetres.")
+    unit: Literal["auto", "m", "dm", "cm", "mm", "ft", "us-ft", "in"] = Field(
+        "auto", description="Unit of the scan's coordinates; auto recognises millimetres."
+    )
     up: Literal["auto", "z", "y", "x"] = Field("auto", description="Axis of the scan that points up; auto recognises y-up clouds.")
-    crs: str | None = Field(None, pattern=r"^EPSG:\d+$", description="Coordinate reference system of the scan, as EPSG:code; none: from the file, if it says.")
+    crs: str | None = Field(
+        None, pattern=r"^EPSG:\d+$", description="Coordinate reference system of the scan, as EPSG:code; none: from the file, if it says."
+    )
 
 
 class SlopeParams(Stage):
     """The published slope method (Remote Sensing 2021, 13, 4930)."""
 
-    grid_count: int | None = Field(None, ge=10, le=5000, description="Cells along each side of the grid that finds floor and ceiling (n_fac); none: from the size.")
-    gror_radius: float | None = Field(None, gt=0, le=1, description="Radius of the outlier removal in metres (r_GROR); none: from the point spacing.")
-    gror_neighbours: int = Field(10, ge=1, le=1000, description="Neighbours that a point needs within the radius (n_GROR).")
-    magnification: float | None = Field(None, gt=0, le=1000, description="Pixels per metre of the wall image (n_moc); none: from the point spacing.")
-    merge_gap: float | None = Field(None, gt=0, le=1000, description="Largest gap in pixels between merged lines of equal slope (d_p); none: from the magnification.")
-    corner_gap: float | None = Field(None, gt=0, le=1000, description="Largest distance in pixels between end points that become a corner (d_v); none: from the magnification.")
+    grid_count: int | None = Field(
+        None, ge=10, le=5000, description="Cells along each side of the grid that finds floor and ceiling (n_fac); none: from the size."
+    )
+    gror_radius: float | None = Field(
+        None, gt=0, le=1, description="Radius of the outlier removal in metres (r_GROR); none: from the point spacing."
+    )
+    gror_neighbours: int | None = Field(
+        None,
+        ge=1,
+        le=100000,
+        description="Neighbours that a point needs within the radius (n_GROR), counted on all points; none: from the height, on evenly thinned points.",
+    )
+    magnification: float | None = Field(
+        None, gt=0, le=1000, description="Pixels per metre of the wall image (n_moc); none: from the point spacing."
+    )
+    merge_gap: float | None = Field(
+        None, gt=0, le=1000, description="Largest gap in pixels between merged lines of equal slope (d_p); none: from the magnification."
+    )
+    merge_offset: float | None = Field(
+        None,
+        gt=0,
+        le=1000,
+        description="Largest distance in pixels across merged lines; none: 3 cm. As large as merge_gap: no limit, as published.",
+    )
+    min_pixels: int | None = Field(
+        None, ge=1, le=1000, description="Lines of fewer pixels are dropped before lines are merged; none: 10 cm."
+    )
+    corner_gap: float | None = Field(
+        None,
+        gt=0,
+        le=1000,
+        description="Largest distance in pixels between end points that become a corner (d_v); none: from the magnification.",
+    )
+    refit: bool = Field(
+        True, description="Move each line to the median of its points; false: leave it at the mean of its pixels, as published."
+    )
 
 
 class WallParams(Stage):
@@ -47,7 +83,12 @@ class SimulateParams(Stage):
     """A virtual scan; the defaults are those of a backpack with two spinning multi-line heads."""
 
     movement: Literal["walk", "stations"] = Field("walk", description="Walked through the building, or standing on tripods.")
-    head_tilts: tuple[float, ...] = Field((10.0, 70.0), min_length=1, max_length=8, description="Angle between the spin axis of each head and the vertical, degrees, tilted backwards.")
+    head_tilts: tuple[float, ...] = Field(
+        (10.0, 70.0),
+        min_length=1,
+        max_length=8,
+        description="Angle between the spin axis of each head and the vertical, degrees, tilted backwards.",
+    )
     lines: int = Field(16, ge=1, le=256, description="Laser lines of each head.")
     line_fov: float = Field(30.0, gt=0, le=180, description="Angle between the outermost lines in degrees.")
     spin_rate: float = Field(10.0, gt=0, le=100, description="Turns of a head per second.")
@@ -63,9 +104,13 @@ class SimulateParams(Stage):
     glass_reflection: float = Field(0.04, ge=0, le=1, description="Share of rays that a pane mirrors, seen as ghosts behind it.")
     furniture: bool = Field(True, description="Furnish the rooms and build surroundings.")
     people: int = Field(0, ge=0, le=10, description="People who walk along with the scanner.")
-    map_tilt: float | None = Field(None, ge=0, le=90, description="Tilt of the scan's axes in degrees; none: drawn from the seed, up to 15.")
+    map_tilt: float | None = Field(
+        None, ge=0, le=90, description="Tilt of the scan's axes in degrees; none: drawn from the seed, up to 15."
+    )
     map_yaw: float | None = Field(None, ge=-360, le=360, description="Turn of the scan's axes in degrees; none: drawn from the seed.")
-    map_origin: tuple[float, float, float] = Field((0.0, 0.0, 0.0), description="Scan coordinates of the first sensor position in metres, such as UTM.")
+    map_origin: tuple[float, float, float] = Field(
+        (0.0, 0.0, 0.0), description="Scan coordinates of the first sensor position in metres, such as UTM."
+    )
 
 
 class Params(Stage):
@@ -74,3 +119,64 @@ class Params(Stage):
     read: ReadParams = ReadParams()
     slope: SlopeParams = SlopeParams()
     walls: WallParams = WallParams()
+
+
+_PRESETS = {
+    "paper-room": SlopeParams(
+        grid_count=200,
+        gror_radius=0.01,
+        gror_neighbours=10,
+        magnification=100,
+        merge_gap=10,
+        merge_offset=10,
+        min_pixels=3,
+        corner_gap=40,
+        refit=False,
+    ),
+    "paper-floor": SlopeParams(
+        grid_count=600,
+        gror_radius=0.03,
+        gror_neighbours=10,
+        magnification=10,
+        merge_gap=5,
+        merge_offset=5,
+        min_pixels=3,
+        corner_gap=8,
+        refit=False,
+    ),
+    "paper-rooms": SlopeParams(
+        grid_count=300,
+        gror_radius=0.03,
+        gror_neighbours=10,
+        magnification=10,
+        merge_gap=15,
+        merge_offset=15,
+        min_pixels=3,
+        corner_gap=5,
+        refit=False,
+    ),
+}
+
+
+def preset(name: str) -> Params:
+    """Parameters of a published scene (Remote Sensing 2021, 13, 4930, table 5).
+
+    Parameters
+    ----------
+    name : str
+        ``paper-room``, ``paper-floor`` or ``paper-rooms`` (scenes 1, 2 and 3). The paper does not say from how many pixels on it keeps
+        a line; the presets say 3.
+
+    Raises
+    ------
+    ConfigError
+        If there is no preset of that name.
+
+    Examples
+    --------
+    >>> preset("paper-room").slope.magnification
+    100.0
+    """
+    if name not in _PRESETS:
+        raise ConfigError(f"no preset is called {name!r}; expected one of {', '.join(_PRESETS)}")
+    return Params(slope=_PRESETS[name])

@@ -15,6 +15,7 @@ from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan.facing import orient_by_free_space
 from indoor_bim.plan.heights import line_heights
 from indoor_bim.plan.image import remove_burrs, thicken, wall_image
+from indoor_bim.plan.line_placement import place_on_points
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.skeleton import pixel_slopes, remove_faults, thin_to_skeleton
@@ -22,6 +23,15 @@ from indoor_bim.plan.slope_lines import find_slope_lines, to_segments
 from indoor_bim.plan.support import measure_support
 
 Points = NDArray[np.float64]
+
+FINEST_PIXEL = 0.015
+"""Side of the smallest pixel, metres."""
+LAYER = 0.05
+"""Height of the boxes that wall points are thinned to, metres."""
+COLUMN_SHARE = 0.06
+"""Share of a full column of boxes that a wall has to show."""
+LARGEST_LOSS = 0.05
+"""Share of the wall pixels that the removal of burrs may take before the image counts as too thin."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,10 +65,6 @@ class SlopeStages:
 def slope_stages(
     levelled: LevelledCloud,
     *,
-    layer: float = 0.05,
-    share: float = 0.06,
-    thick: float = 0.05,
-    spacing_share: float = 0.4,
     gror_radius: float | None = None,
     gror_neighbours: int | None = None,
     magnification: float | None = None,
@@ -66,93 +72,112 @@ def slope_stages(
     merge_gap: float | None = None,
     merge_offset: float | None = None,
     corner_gap: float | None = None,
+    refit: bool = True,
 ) -> SlopeStages:
-    """Run the method and keep the product of every stage.
+    """Run the method and keep the product of every stage; parameters that are None are derived from the points.
 
     Parameters
     ----------
     levelled : LevelledCloud
-        Cloud with x along a main direction, as `indoor_bim.cloud.planes.level_by_pca` gives it.
-    voxel : float, optional
-        Side of the cubes that wall points are thinned to before they are projected, metres.
+        Cloud with x along a main direction, as `indoor_bim.cloud.planes.level_by_pca` gives it. The lowest storey is taken.
     gror_radius : float, optional
-        Radius of the outlier removal in plan, metres (r_GROR).
+        Radius of the outlier removal in plan, metres (r_GROR); None: 1.5 pixels.
     gror_neighbours : int, optional
-        Neighbours that a point needs within it (n_GROR).
+        Neighbours that a point needs within it (n_GROR), counted on all points as published. None: the points are thinned to
+        boxes of a pixel by `LAYER` first, so that near and far walls count alike, and a point needs `COLUMN_SHARE` of the
+        neighbours that it would have in a wall seen from floor to ceiling.
     magnification : float, optional
-        Pixels per metre of the wall image (n_moc).
+        Pixels per metre of the wall image (n_moc); None: 1.5 cm pixels, larger ones for points more than 4 cm apart.
     min_pixels : int, optional
-        Lines of fewer pixels are dropped before lines are merged.
+        Lines of fewer pixels are dropped before lines are merged; None: 10 cm, at least 3 pixels.
     merge_gap : float, optional
-        Distance of end points below which lines of equal slope are merged, pixels (d_p).
+        Distance of end points below which lines of equal slope are merged, pixels (d_p); None: 30 cm.
     merge_offset : float, optional
-        Largest distance across such lines, pixels.
+        Largest distance across such lines, pixels; None: 3 cm, at least 1.5 pixels.
     corner_gap : float, optional
-        Distance of end points below which they become a corner, pixels (d_v).
+        Distance of end points below which they become a corner, pixels (d_v); None: 15 cm.
+    refit : bool
+        Move each line to the median of its points; False: leave it at the mean of its pixels, as published.
 
     Returns
     -------
     SlopeStages
-        All products; parameters that are None are derived from the points.
+        All products.
 
     Raises
     ------
     NothingToReconstructError
-        If no wall line is found.
+        If there are no walls.
     """
-    floor, ceiling = levelled.storeys[0].floor, levelled.storeys[0].ceiling
-    z = levelled.points[:, 2]
-    low = floor if floor is not None else float(np.quantile(z, 0.005))
-    high = ceiling if ceiling is not None else float(np.quantile(z, 0.995))
-    height = max(high - low, 0.1)
-    between = levelled.points[(levelled.part == WALL) & (z > low) & (z < high)]
-    if not len(between):
-        raise NothingToReconstructError(f"found no points between floor and ceiling in {len(z)} points; expected walls: scan them too")
+    between, low, height = _points_between(levelled)
     spacing = point_spacing(between)
-    magnification = 1 / max(0.015, spacing_share * spacing) if magnification is None else magnification
+    magnification = 1 / max(FINEST_PIXEL, 0.4 * spacing) if magnification is None else magnification
     pixel = 1 / magnification
-    layer = max(layer, spacing)
-    walls = thin_evenly(between, cell=pixel, layer=layer)
     gror_radius = 1.5 * pixel if gror_radius is None else gror_radius
+    walls = between
     if gror_neighbours is None:
-        gror_neighbours = max(3, round(share * (height / layer) * (2 * gror_radius / pixel)))
-    min_pixels = max(3, round(0.10 * magnification)) if min_pixels is None else min_pixels
-    merge_gap = 0.30 * magnification if merge_gap is None else merge_gap
-    merge_offset = max(1.5, 0.03 * magnification) if merge_offset is None else merge_offset
-    corner_gap = 0.15 * magnification if corner_gap is None else corner_gap
-
+        layer = max(LAYER, spacing)
+        walls = thin_evenly(between, cell=pixel, layer=layer)
+        gror_neighbours = max(3, round(COLUMN_SHARE * height / layer * 2 * gror_radius / pixel))
     walls = walls[radius_inliers(np.ascontiguousarray(walls[:, :2]), nb_points=gror_neighbours, radius=gror_radius)]
     if not len(walls):
         raise NothingToReconstructError(
             f"found no walls: none of {len(between)} points between floor and ceiling has {gror_neighbours} others within "
             f"{gror_radius:.3f} m in plan; scan the walls from floor to ceiling, or lower slope.gror_neighbours"
         )
-    image = wall_image(walls[:, :2], magnification=magnification)
-    clean = remove_burrs(image.image)
-    if (image.image & ~clean).sum() > thick * image.image.sum():
-        clean = remove_burrs(thicken(image.image))
-    image = replace(image, image=clean)
+    image = _clean_image(wall_image(walls[:, :2], magnification=magnification))
     skeleton = replace(image, image=thin_to_skeleton(image.image))
     slopes = replace(image, image=remove_faults(pixel_slopes(skeleton.image)))
-    lines = find_slope_lines(slopes.image, min_pixels=min_pixels, merge_gap=merge_gap, merge_offset=merge_offset)
+    lines = find_slope_lines(
+        slopes.image,
+        min_pixels=max(3, round(0.10 * magnification)) if min_pixels is None else min_pixels,
+        merge_gap=0.30 * magnification if merge_gap is None else merge_gap,
+        merge_offset=max(1.5, 0.03 * magnification) if merge_offset is None else merge_offset,
+    )
     if not len(lines):
-        raise NothingToReconstructError(f"found no wall lines in an image of {image.image.sum()} wall pixels; expected straight walls")
-    segments = to_segments(lines, image, corner_gap=corner_gap)
+        raise NothingToReconstructError(f"found no wall lines in an image of {int(image.image.sum())} wall pixels; expected straight walls")
+    walls = thin_evenly(walls, cell=min(pixel, FINEST_PIXEL), layer=LAYER)
+    if refit:
+        lines = place_on_points(lines, image, walls[:, :2], reach=max(3 * pixel, 0.03))
+    segments = to_segments(lines, image, corner_gap=0.15 * magnification if corner_gap is None else corner_gap)
     free = free_space(levelled)
-    segments = orient_by_free_space(segments, free)
-    segments = measure_support(segments, walls, reach=max(2 / magnification, 0.03), height=height)
-    top = line_heights((segments.p + segments.q) / 2, walls[:, :2], walls[:, 2], radius=2 / magnification, storey_height=ceiling)
+    reach = max(2 * pixel, 0.03)
+    segments = measure_support(orient_by_free_space(segments, free), walls - [0, 0, low], reach=reach, height=height)
+    middle = (segments.p + segments.q) / 2
+    top = line_heights(middle, walls[:, :2], walls[:, 2] - low, radius=2 * pixel, storey_height=height)
     return SlopeStages(walls, image, skeleton, slopes, free, replace(segments, top=top))
 
 
-def slope_segments(levelled: LevelledCloud, **parameters: float | int | None) -> Segments:
+def _points_between(levelled: LevelledCloud) -> tuple[Points, float, float]:
+    """Wall points between floor and ceiling of the lowest storey, height of its floor, and its height."""
+    z = levelled.points[:, 2]
+    floor, ceiling = levelled.storeys[0].floor, levelled.storeys[0].ceiling
+    low = floor if floor is not None else float(np.quantile(z, 0.005))
+    high = ceiling if ceiling is not None else float(np.quantile(z, 0.995))
+    between = levelled.points[(levelled.part == WALL) & (z > low) & (z < high)]
+    if len(between) < 100:
+        raise NothingToReconstructError(
+            f"found {len(between)} points between floor and ceiling of {len(z)} points; expected walls: scan them too"
+        )
+    return between, low, high - low
+
+
+def _clean_image(image: Raster) -> Raster:
+    """Image without burrs, thickened before where its lines are too thin to survive that."""
+    clean = remove_burrs(image.image)
+    if (image.image & ~clean).sum() > LARGEST_LOSS * image.image.sum():
+        clean = remove_burrs(thicken(image.image))
+    return replace(image, image=clean)
+
+
+def slope_segments(levelled: LevelledCloud, **parameters: float | None) -> Segments:
     """Wall faces by the published method; see `slope_stages`.
 
     Parameters
     ----------
     levelled : LevelledCloud
         Cloud with x along a main direction.
-    **parameters : float, int or None
+    **parameters : float, int, bool or None
         Those of `slope_stages`.
 
     Returns

@@ -32,10 +32,9 @@ def thin_to_skeleton(image: Image) -> Image:
 
     Examples
     --------
-    >>> thick = np.zeros((5, 9), dtype=bool)
-    >>> thick[1:4, 1:8] = True
-    >>> np.argwhere(thin_to_skeleton(thick)).tolist()
-    [[2, 2], [2, 3], [2, 4], [2, 5], [2, 6]]
+    >>> cross = np.array([[0, 1, 1, 0], [1, 1, 1, 1], [1, 1, 1, 1], [0, 1, 1, 0]], dtype=bool)
+    >>> int(thin_to_skeleton(cross).sum())
+    2
     """
     from skimage.morphology import skeletonize
 
