@@ -123,6 +123,29 @@ def test_polygon_with_hole_and_collinear_corners():
     assert mesh.euler_number == 2 - 2 * 2
 
 
+def test_hole_that_touches_the_outline():
+    polygon = shapely.Polygon([(0, 0), (4, 0), (4, 4), (0, 4), (0, 2)], [[(0, 2), (2, 3), (2, 1)]])
+    assert polygon.is_valid
+    mesh = surface(*closed_surface(polygon, bottom=0, top=1))
+    assert mesh.is_watertight
+    assert mesh.is_winding_consistent
+    assert mesh.volume == pytest.approx(polygon.area)
+
+
+def test_openings_that_touch_at_a_corner():
+    lower, upper = Opening("A", "A", "opening", 1.0, 1.0, 0.5, 0.5), Opening("B", "B", "opening", 2.0, 1.0, 1.0, 0.5)
+    (body,) = parts_of(wall(lower, upper))
+    assert surface(body.vertices, body.triangles).is_watertight
+    assert body.volume == pytest.approx(0.2 * (5 * 2.5 - 2 * 0.5), abs=1e-9)
+
+
+def test_footprint_that_crosses_itself_is_closed_too():
+    bow = replace(wall(), footprint=((0.0, -0.1), (5.0, 0.1), (5.0, -0.1), (0.0, 0.1)))
+    (body,) = parts_of(bow)
+    assert surface(body.vertices, body.triangles).is_watertight
+    assert body.volume == pytest.approx(5 * 0.2 / 2 * 2.5, abs=1e-6)
+
+
 def test_random_openings_keep_the_wall_closed():
     random = np.random.default_rng(3)
     for _ in range(40):

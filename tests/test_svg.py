@@ -289,6 +289,14 @@ def test_underlay_lies_at_its_place_below_everything():
     assert list(root).index(image) < list(root).index(root.find(f"{SVG}g"))
 
 
+def test_footprint_that_crosses_itself_is_drawn():
+    building = plain_wall(5.0)
+    storey = building.storeys[0]
+    bow = replace(storey.walls[0], footprint=((0.0, -0.1), (5.0, 0.1), (5.0, -0.1), (0.0, 0.1)))
+    root = root_of(replace(building, storeys=(replace(storey, walls=(bow,)),)))
+    assert len(corners(element(root, "W").find(f"{SVG}path"))) == 6
+
+
 def test_special_characters_survive():
     building = replace(buildings.one_room(), name='Café <"A" & B> \x00\x07')
     texts = [text.text for text in root_of(building).iter(f"{SVG}text")]

@@ -13,6 +13,7 @@ from shapely.geometry.base import BaseGeometry
 
 from indoor_bim.export.drawing import drawn_bounds, plan_bounds
 from indoor_bim.export.marks import Item, Layer, Mark, Stroke, Text, text_width
+from indoor_bim.export.mesh import region
 from indoor_bim.export.page import View
 from indoor_bim.model import Outline, Point2, Storey, Wall
 
@@ -100,9 +101,9 @@ def wall_face_chain(storey: Storey, side: Side) -> list[float]:
     bounds = plan_bounds(storey)
     if bounds is None:
         return []
-    rooms = shapely.union_all([room.outline.polygon for room in storey.rooms])
+    rooms = shapely.union_all([region(room.outline.exterior, room.outline.holes) for room in storey.rooms])
     first, last = (bounds[0], bounds[2]) if side in ("bottom", "top") else (bounds[1], bounds[3])
-    walls = shapely.union_all([shapely.Polygon(wall.footprint) for wall in storey.walls]).buffer(_MERGE)
+    walls = shapely.union_all([region(wall.footprint) for wall in storey.walls]).buffer(_MERGE)
     faces = [position for room in storey.rooms for position in _visible_faces(room.outline, rooms, walls, side, bounds)]
     if not storey.rooms:
         faces = [position for wall in storey.walls for position in _inner_face(wall, side, first, last)]

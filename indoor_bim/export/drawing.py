@@ -9,7 +9,7 @@ import shapely
 from shapely.geometry.base import BaseGeometry
 
 from indoor_bim.export.marks import Arc, Item, Layer, Mark, Stroke
-from indoor_bim.export.mesh import opening_region, wall_frame
+from indoor_bim.export.mesh import opening_region, region, wall_frame
 from indoor_bim.export.page import View
 from indoor_bim.model import Opening, Point2, Storey, Wall
 
@@ -69,7 +69,7 @@ def wall_layers(storey: Storey, view: View) -> Iterator[Layer]:
 
     measured = [bodies[wall.id] for wall in storey.walls if wall.thickness_measured]
     assumed = [bodies[wall.id] for wall in storey.walls if not wall.thickness_measured]
-    columns = [shapely.Polygon(column.footprint) for column in storey.columns]
+    columns = [region(column.footprint) for column in storey.columns]
     hatches = [_hatch(_union(measured), view, HATCH_SPACING), _hatch(_union(assumed), view, WIDE_HATCH_SPACING)]
     yield Layer("wall-hatch", "Wall hatch", tuple(Item((Stroke(lines, "hatch"),)) for lines in hatches if lines))
 
@@ -135,7 +135,7 @@ def _sector(hinge: Point2, tip: Point2, latch: Point2) -> shapely.Polygon:
 
 def _body(wall: Wall) -> BaseGeometry:
     holes = shapely.union_all([shapely.Polygon(opening_region(wall, opening)) for opening in wall.openings])
-    return shapely.Polygon(wall.footprint).difference(holes)
+    return region(wall.footprint).difference(holes)
 
 
 def _union(shapes: Iterable[BaseGeometry]) -> BaseGeometry:
@@ -157,7 +157,12 @@ def _opening_title(opening: Opening) -> str:
 
 
 def _area(shape: BaseGeometry, view: View, style: str) -> tuple[Mark, ...]:
-    rings = [ring for part in shapely.get_parts(view.shape(shape)) if part.area > 0 for ring in (part.exterior, *part.interiors)]
+    rings = [
+        ring
+        for part in shapely.get_parts(shapely.normalize(view.shape(shape)))
+        if part.area > 0
+        for ring in (part.exterior, *part.interiors)
+    ]
     return (Stroke(tuple(sorted(tuple(ring.coords[:-1]) for ring in rings)), style, closed=True),)
 
 

@@ -19,6 +19,7 @@ from indoor_bim.model import Building, Opening, Point2, Ring, Storey, Wall
 
 if TYPE_CHECKING:
     import shapely
+    from shapely.geometry.base import BaseGeometry
 
 Corner = tuple[float, float, float]
 Material = Literal["wall", "column", "floor", "ceiling", "door", "window", "space"]
@@ -108,22 +109,27 @@ def storey_parts(storey: Storey, *, spaces: bool = False) -> Iterator[Part]:
     Part
         Surface of a wall, panel, column, slab or room that has a volume.
     """
-    import shapely
-
     for wall in storey.walls:
-        yield from _part(wall.id, "wall", shapely.Polygon(wall.footprint), wall.base, wall.base + wall.height, opening_voids(wall))
+        yield from _part(wall.id, "wall", region(wall.footprint), wall.base, wall.base + wall.height, opening_voids(wall))
         for opening in wall.openings:
             if opening.kind != "opening":
                 bottom, top = _opening_heights(wall, opening)
                 yield from _part(opening.id, opening.kind, _panel(wall, opening), bottom, top)
     for column in storey.columns:
-        yield from _part(column.id, "column", shapely.Polygon(column.footprint), column.base, column.base + column.height)
+        yield from _part(column.id, "column", region(column.footprint), column.base, column.base + column.height)
     for slab in storey.slabs:
         bottom = slab.level - slab.thickness if slab.kind == "floor" else slab.level
-        yield from _part(slab.id, slab.kind, slab.outline.polygon, bottom, bottom + slab.thickness)
+        yield from _part(slab.id, slab.kind, region(slab.outline.exterior, slab.outline.holes), bottom, bottom + slab.thickness)
     if spaces:
         for room in storey.rooms:
-            yield from _part(room.id, "space", room.outline.polygon, room.floor, room.floor + room.height)
+            yield from _part(room.id, "space", region(room.outline.exterior, room.outline.holes), room.floor, room.floor + room.height)
+
+
+def region(ring: Ring, holes: tuple[Ring, ...] = ()) -> BaseGeometry:
+    """Return the area inside a ring and outside its holes; a ring that crosses itself gives several polygons, metres."""
+    import shapely
+
+    return shapely.make_valid(shapely.Polygon(ring, holes), method="structure", keep_collapsed=False)
 
 
 def opening_region(wall: Wall, opening: Opening, *, depth: float | None = None) -> Ring:
@@ -166,13 +172,13 @@ def opening_voids(wall: Wall) -> list[Void]:
 
 
 def closed_surface(
-    polygon: shapely.Polygon, *, bottom: float, top: float, voids: Sequence[Void] = ()
+    polygon: BaseGeometry, *, bottom: float, top: float, voids: Sequence[Void] = ()
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Triangulate the surface of an upright prism with upright prisms taken out.
 
     Parameters
     ----------
-    polygon : shapely.Polygon
+    polygon : shapely geometry
         Plan of the prism, metres.
     bottom, top : float
         Its lower and upper end, metres.
@@ -205,10 +211,29 @@ def closed_surface(
         solid &= ~np.outer(in_plan, in_height)
     corners = np.array([*_flat_faces(cells, solid, levels), *_upright_faces(cells, solid, levels)], dtype=np.float64)
     vertices, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
-    return vertices, index.reshape(-1, 3).astype(np.int64)
+    return _separate_pinches(vertices, index.reshape(-1, 3).astype(np.int64))
 
 
-def _part(id: str, material: Material, polygon: shapely.Polygon, bottom: float, top: float, voids: Sequence[Void] = ()) -> Iterator[Part]:
+def _separate_pinches(vertices: NDArray[np.float64], triangles: NDArray[np.int64]) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Give sheets of a surface that only touch along an edge their own corners, so that each edge has two triangles."""
+    start, end = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    _, edge, uses = np.unique(np.sort([start, end], axis=0), axis=1, return_inverse=True, return_counts=True)
+    if (uses == 2).all():
+        return vertices, triangles
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    follower = np.roll(np.arange(len(start)).reshape(-1, 3), -1, axis=1).ravel()
+    paired = np.argsort(edge, kind="stable")
+    one, other = paired[uses[edge[paired]] == 2].reshape(-1, 2).T
+    rows, columns = np.concatenate([one, follower[one]]), np.concatenate([follower[other], other])
+    count, corner = connected_components(coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(start), len(start))), directed=False)
+    separate = np.zeros((count, 3))
+    separate[corner] = vertices[start]
+    return separate, corner.reshape(-1, 3).astype(np.int64)
+
+
+def _part(id: str, material: Material, polygon: BaseGeometry, bottom: float, top: float, voids: Sequence[Void] = ()) -> Iterator[Part]:
     if polygon.area > _GRID and top > bottom:
         vertices, triangles = closed_surface(polygon, bottom=bottom, top=top, voids=voids)
         if len(triangles):
@@ -220,14 +245,14 @@ def _opening_heights(wall: Wall, opening: Opening) -> tuple[float, float]:
     return bottom, min(bottom + opening.height, wall.base + wall.height)
 
 
-def _panel(wall: Wall, opening: Opening) -> shapely.Polygon:
+def _panel(wall: Wall, opening: Opening) -> BaseGeometry:
     import shapely
 
     depth = min(_PANEL_THICKNESS[opening.kind], wall.thickness)
-    return shapely.Polygon(opening_region(wall, opening, depth=depth)).intersection(shapely.Polygon(wall.footprint))
+    return shapely.Polygon(opening_region(wall, opening, depth=depth)).intersection(region(wall.footprint))
 
 
-def _cells(polygon: shapely.Polygon, regions: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
+def _cells(polygon: BaseGeometry, regions: Sequence[shapely.Polygon]) -> list[shapely.Polygon]:
     """Cut a polygon along the borders of regions; neighbours share every corner along their common border."""
     import shapely
 

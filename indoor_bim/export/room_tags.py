@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 from shapely.geometry.base import BaseGeometry
 
 from indoor_bim.export.marks import Item, Layer, Stroke, Text, text_width
+from indoor_bim.export.mesh import region
 from indoor_bim.export.page import View
 from indoor_bim.model import Point2, Room, Storey
 
 _CLEARANCE = 0.6
 _AT_WALL = 0.03
+_RECTANGULAR = 0.995
 _LEADING = 1.45
 _STEP = 1.5
 _MOST_PLACES = 2500
@@ -51,12 +53,12 @@ class Tags:
 
 def room_layer(storey: Storey, view: View) -> Layer:
     """Draw each room, one item named after it: its floor, and a thin line where no wall bounds it."""
-    walls = shapely.union_all([shapely.Polygon(wall.footprint) for wall in storey.walls]).buffer(_AT_WALL)
+    walls = shapely.union_all([region(wall.footprint) for wall in storey.walls]).buffer(_AT_WALL)
     items = []
     for room in storey.rooms:
         rings = (room.outline.exterior, *room.outline.holes)
         floor = Stroke(tuple(tuple(view.point(corner) for corner in ring) for ring in rings), "room", closed=True)
-        border = shapely.line_merge(room.outline.polygon.boundary.difference(walls))
+        border = shapely.line_merge(region(room.outline.exterior, room.outline.holes).boundary.difference(walls))
         pieces = tuple(sorted(tuple(piece.coords) for piece in shapely.get_parts(view.shape(border)) if piece.length > 1))
         marks = (floor, Stroke(pieces, "open-border")) if pieces else (floor,)
         items.append(Item(marks, "room", room.id, f"{room.name}, {area_text(room)}, clear height {room.height:.2f} m"))
@@ -107,7 +109,7 @@ def area_text(room: Room) -> str:
 
 
 def _space(room: Room, view: View, blocked: BaseGeometry) -> Space:
-    whole = view.shape(room.outline.polygon)
+    whole = view.shape(region(room.outline.exterior, room.outline.holes))
     free = whole.buffer(-_CLEARANCE).difference(blocked.buffer(_CLEARANCE))
     parts = [part for part in shapely.get_parts(free) if part.geom_type == "Polygon" and part.area > 1]
     if not parts:
@@ -153,9 +155,9 @@ def _upright_variants(room: Room, size: float) -> Iterator[list[TagLine]]:
 
 def _clear_sides(room: Room) -> str:
     """Clear length and width of a rectangular room."""
-    polygon = room.outline.polygon
+    polygon = region(room.outline.exterior, room.outline.holes)
     box = shapely.minimum_rotated_rectangle(polygon)
-    if not isinstance(box, shapely.Polygon) or polygon.area < 0.98 * box.area:
+    if not isinstance(box, shapely.Polygon) or polygon.area < _RECTANGULAR * box.area:
         return ""
     corners = np.array(box.exterior.coords)
     edges = corners[1:3] - corners[:2]

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import shapely
-
 from indoor_bim.errors import WriteError
 from indoor_bim.export.dimensions import dimension_layer
 from indoor_bim.export.drawing import drawn_bounds, opening_layers, swing_areas, wall_layers
 from indoor_bim.export.marks import Layer, Text
+from indoor_bim.export.mesh import region
 from indoor_bim.export.page import Page, View, blank_page, fit_page
 from indoor_bim.export.room_tags import room_layer, room_tags
 from indoor_bim.export.title_block import blank_layer, notes_layer, title_layer
@@ -56,7 +55,7 @@ def draw_plan(building: Building, *, storey: str | None = None) -> Plan:
         page = blank_page()
         return Plan(page, None, (blank_layer(building, shown, page), title_layer(building, shown, page, None)))
     page, view = fit_page(bounds)
-    solids = [shapely.Polygon(element.footprint).buffer(0) for kind in (shown.walls, shown.columns) for element in kind]
+    solids = [region(element.footprint) for kind in (shown.walls, shown.columns) for element in kind]
     obstacles = [*swing_areas(shown, view), *(view.shape(shape) for shape in solids)]
     tags = room_tags(shown, view, obstacles=obstacles)
     layers = (
