@@ -90,12 +90,18 @@ def test_moved_wall_moves_its_faces() -> None:
     assert comparison.faces.p95_mm == pytest.approx(30.0, abs=1e-6)
 
 
+def share_without_partition(truth: Building) -> float:
+    """Share of the faces that bound rooms without the two of the last partition of the demo house."""
+    return 1 - 2 * (3.6 - 0.15 - 0.10) / sum(room.outline.polygon.length for room in truth.storeys[0].rooms)
+
+
 def test_wall_moved_too_far_is_missing_and_extra() -> None:
     truth = demo_house()
     wall = wall_of(truth, 11)
-    comparison = compare(with_walls(truth, {wall.id: box_wall(wall, shift=(0.15, 0.0))}), truth)
+    comparison = compare(with_walls(truth, {wall.id: box_wall(wall, shift=(wall.thickness, 0.0))}), truth)
     assert comparison.missing_walls == comparison.extra_walls == (wall.id,)
     assert comparison.walls == Score(10, 11, 10, 11)
+    assert comparison.faces.completeness == pytest.approx(share_without_partition(truth), abs=5e-3)
 
 
 def test_removed_wall() -> None:
@@ -106,9 +112,7 @@ def test_removed_wall() -> None:
     assert comparison.missing_walls == (wall.id,)
     assert comparison.walls.recall == pytest.approx(10 / 11)
     assert comparison.walls.precision == 1.0
-    asked = sum(room.outline.polygon.length for room in truth.storeys[0].rooms)
-    gone = 2 * (3.6 - 0.15 - 0.10)
-    assert comparison.faces.completeness == pytest.approx(1 - gone / asked, abs=5e-3)
+    assert comparison.faces.completeness == pytest.approx(share_without_partition(truth), abs=5e-3)
 
 
 def test_extra_wall() -> None:
@@ -134,15 +138,23 @@ def test_thicker_wall_counts_where_both_faces_were_measured() -> None:
     assert guessed.thickness_mm == pytest.approx(0.0, abs=1e-9)
 
 
+def test_thinner_wall_is_incorrect_as_well_as_incomplete() -> None:
+    truth = demo_house()
+    wall = wall_of(truth, 7)
+    comparison = compare(with_walls(truth, {wall.id: box_wall(wall, thickness=0.06)}), truth)
+    assert defects(comparison) == {"thickness_mm", "completeness", "correctness", "p95_mm", "corners"}
+    assert comparison.faces.correctness == pytest.approx(comparison.faces.completeness, abs=0.01)
+
+
 def test_outer_faces_are_not_asked_for() -> None:
     truth = single_room()
     storey = truth.storeys[0]
     inside = shapely.Polygon(storey.rooms[0].outline.exterior)
-    thin = inside.buffer(0.1, join_style="mitre")
-    ring = list(inside.buffer(0.05, join_style="mitre").exterior.coords)
+    thin = inside.buffer(0.06, join_style="mitre")
+    ring = list(inside.buffer(0.03, join_style="mitre").exterior.coords)
     walls = []
     for k, (a, b) in enumerate(itertools.pairwise(ring)):
-        body = thin.difference(inside).intersection(shapely.LineString([a, b]).buffer(0.05, cap_style="square"))
+        body = thin.difference(inside).intersection(shapely.LineString([a, b]).buffer(0.03, cap_style="square"))
         for wall in walls:
             body = body.difference(shapely.Polygon(wall.footprint))
         walls.append(
@@ -150,7 +162,7 @@ def test_outer_faces_are_not_asked_for() -> None:
                 storey.walls[0],
                 id=f"w{k}",
                 axis=(a, b),
-                thickness=0.1,
+                thickness=0.06,
                 thickness_measured=False,
                 openings=(),
                 footprint=Outline.from_polygon(body).exterior,

@@ -103,7 +103,6 @@ def _emptied(storey: Storey | None) -> Storey:
 
 
 def _measure(result: Storey, truth: Storey) -> _Measured:
-    import shapely
 
     rooms, true_rooms = matching.rooms_area(result), matching.rooms_area(truth)
     area = matching.walls_area(result)
@@ -127,10 +126,10 @@ def _measure(result: Storey, truth: Storey) -> _Measured:
     made = matching.facing(matching.sample_faces(area, outward=True), true_rooms)
     asked = [matching.sample_faces(room.outline.polygon, outward=False) for room in truth.rooms]
     true_faces = np.concatenate([np.zeros(0), *(matching.face_distances(faces, area, outward=True) for faces in asked)])
-    true_corners = np.concatenate([np.zeros((0, 2)), *(matching.corners(room.outline.polygon) for room in truth.rooms)])
-    made_corners = matching.corners(area)
-    if len(made_corners):
-        made_corners = made_corners[shapely.distance(shapely.points(made_corners), true_rooms) < _CUT]
+    true_corners = np.concatenate(
+        [np.zeros((0, 2)), *(matching.corners(room.outline.polygon, outward=False).points for room in truth.rooms)]
+    )
+    made_corners = matching.facing(matching.corners(area, outward=True), true_rooms).points
     closeness = _NEAR - np.linalg.norm(true_corners[:, None] - made_corners[None], axis=2)
     openings = [
         [[(w, o) for w in s.walls for o in w.openings if (o.kind == "window") == glazed] for s in (result, truth)]

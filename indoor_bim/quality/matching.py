@@ -22,7 +22,7 @@ _SAMPLE, _FACING, _TURN, _ACROSS = 0.02, np.cos(np.radians(30.0)), np.radians(15
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Faces:
-    """Samples on wall faces: points (n, 2) and the directions (n, 2) that they look to."""
+    """Samples on wall faces or their corners: points (n, 2) and the directions (n, 2) that they look to."""
 
     points: Floats
     normals: Floats
@@ -181,18 +181,30 @@ def face_distances(faces: Faces, area: shapely.Geometry, *, outward: bool) -> Fl
     return distance
 
 
-def corners(area: shapely.Geometry) -> Floats:
-    """Corners (n, 2) of the boundary of an area that turn by more than 15 degrees."""
+def corners(area: shapely.Geometry, *, outward: bool) -> Faces:
+    """Corners of the boundary of an area that turn by more than 15 degrees, looking out of it or into it halfway between both faces.
+
+    Parameters
+    ----------
+    area : shapely geometry
+        Polygons, metres.
+    outward : bool
+        True for wall footprints, False for rooms.
+    """
     import shapely
 
-    found = [np.zeros((0, 2))]
-    for part in shapely.get_parts(area):
+    points, normals = [np.zeros((0, 2))], [np.zeros((0, 2))]
+    for part in shapely.get_parts(shapely.orient_polygons(area)):
         for ring in (part.exterior, *part.interiors) if part.geom_type == "Polygon" else ():
             coords = np.asarray(ring.coords)[:-1]
             before, after = coords - np.roll(coords, 1, axis=0), np.roll(coords, -1, axis=0) - coords
             cross, dot = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0], np.sum(before * after, axis=1)
-            found.append(coords[np.abs(np.arctan2(cross, dot)) > _TURN])
-    return np.concatenate(found)
+            sharp = np.abs(np.arctan2(cross, dot)) > _TURN
+            along = before / np.linalg.norm(before, axis=1)[:, None] + after / np.linalg.norm(after, axis=1)[:, None]
+            along /= np.maximum(np.linalg.norm(along, axis=1), 1e-12)[:, None]
+            points.append(coords[sharp])
+            normals.append((np.column_stack([-along[:, 1], along[:, 0]]) * (-1 if outward else 1))[sharp])
+    return Faces(np.concatenate(points), np.concatenate(normals))
 
 
 def count_pairs(gain: Floats, *, above: float) -> int:
