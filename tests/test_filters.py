@@ -25,7 +25,7 @@ def awkward_points(seed, radius):
     lattice = np.round(rng.uniform(-1, 1, (1000, 3)) / radius * 2) * radius / 2
     line = np.arange(200)[:, None] * np.array([radius, 0, 0])
     points = np.vstack([free, free[:100], free[:40], free[:40], lattice, lattice[:80], line])
-    return points + [0, 5.8e6 if seed % 5 == 0 else 0, 0]
+    return points + np.array([0, 5.8e6 if seed % 5 == 0 else 0, 0])
 
 
 def brute_force(points, nb_points, radius):

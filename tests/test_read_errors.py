@@ -171,9 +171,9 @@ def test_bad_trajectories(tmp_path, content, message):
 
 
 def test_trajectory_beside_the_scan_goes_through_the_same_frame(tmp_path):
-    points = box_points() + [1000.0, 2000.0, 0.0]
+    points = box_points() + np.array([1000.0, 2000.0, 0.0])
     write_ply(tmp_path / "scan.ply", points * 1000)
-    (tmp_path / "trajectory.csv").write_text(f"t,x,y,z\n0,{points[0, 0] * 1000!r},{points[0, 1] * 1000!r},{points[0, 2] * 1000!r}\n")
+    (tmp_path / "trajectory.csv").write_text("t,x,y,z\n" + text_rows(np.hstack([[[0.0]], points[:1] * 1000]), delimiter=","))
     cloud = read(tmp_path / "scan.ply", unit="mm")
     assert cloud.trajectory[0, 1:] == pytest.approx(cloud.points[0], abs=1e-9)
     assert read(tmp_path / "scan.ply", trajectory=False).trajectory is None

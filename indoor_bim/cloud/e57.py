@@ -48,5 +48,5 @@ def read_e57(path: Path, progress: Callable[[float], None] | None = None) -> Raw
         finally:
             file57.close()
     except Exception as error:
-        raise ReadError(f"{path}: the E57 file is damaged or cut short ({str(error).strip()[:120]}); export it again") from error
+        raise ReadError(f"{path}: the E57 file is damaged or cut short ({' '.join(str(error).split())[:120]}); export it again") from error
     return RawScan(np.concatenate(points) if points else np.zeros((0, 3)), stations=np.array(stations) if stations else None)

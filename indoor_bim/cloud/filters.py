@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     import open3d as o3d
 
 ROUNDING = 1e-9
+MOST_CELLS = 2.0**60
 
 
 @overload
@@ -159,7 +160,7 @@ def radius_inliers(points: NDArray[np.float64], *, nb_points: int, radius: float
         return keep
     low, extent = points.min(axis=0), float(np.ptp(points, axis=0).max())
     rounding = max(ROUNDING, 16 * np.finfo(np.float64).eps * (extent + float(np.abs(points).max())) / radius)
-    if rounding > 0.01:
+    if rounding > 0.01 or np.prod(np.ptp(points, axis=0) / radius * 2 + 4) >= MOST_CELLS:
         return _radius_inliers_by_distance(points, points, nb_points=nb_points, radius=radius)
     order, full = _full_cells(points, low=low, edge=radius / np.sqrt(points.shape[1]) * (1 - rounding), more_than=nb_points)
     if not full.all():

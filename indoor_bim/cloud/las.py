@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
     with path.open("rb") as file:
         if file.read(4) != b"LASF":
             raise ReadError(f"{path}: found no LAS signature at its start, expected a LAS or LAZ file; check what kind of file this is")
+    _check_header(path)
     try:
         return _read(path, progress)
     except (ReadError, MemoryError):
@@ -45,6 +47,26 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
         if type(error).__name__ != "PanicException":
             raise
         raise ReadError(_damaged(path, "the LAZ decoder gave up")) from error
+
+
+def _check_header(path: Path) -> None:
+    """Refuse offsets and counts that the file cannot hold, before they are believed and memory is asked for."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        head = file.read(375)
+        if len(head) < 227:
+            raise ReadError(_damaged(path, f"found {size:,} bytes, less than a header"))
+        header_size, start, records = struct.unpack_from("<HII", head, 94)
+        extended_start, extended = struct.unpack_from("<QI", head, 235) if head[25] >= 4 and len(head) == 375 else (0, 0)
+        file.seek(start)
+        table = struct.unpack("<q", file.read(8).ljust(8, b"\0"))[0] if head[104] & 0x80 else 0
+        room = header_size + 54 * records <= start <= size and (not extended or extended_start + 60 * extended <= size)
+        if not room or not (table == -1 or 0 <= table <= size - 8 * bool(table)):
+            raise ReadError(_damaged(path, f"the header points behind the end of the file at {size:,} bytes"))
+        file.seek(table if table > 0 else size)
+        chunks = struct.unpack("<II", file.read(8).ljust(8, b"\0"))[1]
+        if chunks > size:
+            raise ReadError(_damaged(path, f"its table announces {chunks:,} chunks"))
 
 
 def _damaged(path: Path, found: str) -> str:
