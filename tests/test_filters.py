@@ -142,7 +142,7 @@ def test_empty_clouds():
 @pytest.mark.parametrize(("count", "size"), [(0, 0.1), (-1, 0.1), (3, 0.0), (3, -1.0), (3, np.nan), (3, np.inf)])
 def test_parameters_out_of_bounds(count, size):
     for function in (grid_radius_outlier_removal, statistical_outlier_removal):
-        with pytest.raises(ValueError, match="above 0|at least 1"):
+        with pytest.raises(ValueError, match=r"above 0|at least 1"):
             function(np.zeros((5, 3)), count, size)
 
 

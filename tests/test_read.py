@@ -129,7 +129,7 @@ def test_las_of_several_chunks_reports_progress(tmp_path, monkeypatch):
     ("wkt", "crs", "metres"),
     [
         (
-            'PROJCS["UTM 32N",GEOGCS["ETRS89",UNIT["degree",0.0174532925],AUTHORITY["EPSG","4258"]],UNIT["metre",1],AUTHORITY["EPSG","25832"]]',
+            'PROJCS["UTM 32N",GEOGCS["g",UNIT["degree",0.017],AUTHORITY["EPSG","4258"]],UNIT["metre",1],AUTHORITY["EPSG","25832"]]',
             25832,
             1.0,
         ),
@@ -139,7 +139,7 @@ def test_las_of_several_chunks_reports_progress(tmp_path, monkeypatch):
             1.0,
         ),
         (
-            'PROJCRS["x",BASEGEOGCRS["b",ID["EPSG",4269]],CONVERSION["c",ID["EPSG",1]],LENGTHUNIT["US survey foot",0.304800609601219],ID["EPSG",2263]]',
+            'PROJCRS["x",BASEGEOGCRS["b",ID["EPSG",4269]],LENGTHUNIT["ft",0.304800609601219],ID["EPSG",2263]]',
             2263,
             1200 / 3937,
         ),

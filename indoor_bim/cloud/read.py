@@ -222,7 +222,7 @@ def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: st
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
     if not np.isfinite(high - low).all():
         finite = np.logical_and.reduce(np.isfinite(points), axis=1)
-        dropped = len(points) - np.count_nonzero(finite)
+        dropped = len(points) - len(points[finite])
         warnings.append(f"{dropped:,} of {len(points):,} points have coordinates that are not finite; they were left out")
         points = points[finite]
         low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
