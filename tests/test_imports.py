@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -41,3 +42,13 @@ def test_names_are_lazy_and_typed_alike() -> None:
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'reconstrct'"):
         indoor_bim.reconstrct  # noqa: B018
+
+
+def test_export_is_a_package_and_a_function(tmp_path: Path) -> None:
+    building = indoor_bim.Building("hut")
+    indoor_bim.export(building, tmp_path / "hut.json")
+    from indoor_bim.export.json import read_json
+
+    assert read_json(tmp_path / "hut.json") == building
+    assert indoor_bim.read_model(tmp_path / "hut.json") == building
+    indoor_bim.export(building, tmp_path / "again.json")
