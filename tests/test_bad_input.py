@@ -250,6 +250,16 @@ def test_wrong_parameters(setting: str, words: str, tmp_path: Path, capsys: Capt
     assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    ("option", "words"), [(["--method", "slop"], 'method: there is no "slop"'), (["--to", "ifc,docx"], 'formats: there is no "docx"')]
+)
+def test_wrong_names(option: list[str], words: str, tmp_path: Path, capsys: Captured) -> None:
+    scan = write_laz(tmp_path / "scan.laz", room())
+    assert main(["reconstruct", str(scan), "-o", str(tmp_path / "out"), *option]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {words}; expected ")
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_trajectory_that_is_none(tmp_path: Path, capsys: Captured) -> None:
     scan = write_laz(tmp_path / "scan.laz", room())
     for name, content in (("none.csv", None), ("words.csv", "once upon a time\n"), ("empty.csv", "")):

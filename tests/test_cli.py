@@ -88,6 +88,19 @@ def test_info(points: Path, capsys: Captured) -> None:
     assert "1.22 x 0.91 x 0.91 m" in capsys.readouterr().out
 
 
+def test_reconstruct_writes_the_kinds_asked_for(tmp_path: Path, capsys: Captured) -> None:
+    assert main(["simulate", "-o", str(tmp_path), "--building", "room", "--profile", "clean", "--points", "30000", "-q"]) == 0
+    out = tmp_path / "out"
+    assert main(["reconstruct", str(tmp_path / "scan.laz"), "-o", str(out), "--to", "json, svg", "--method", "slope", "--json"]) == 0
+    stdout, stderr = capsys.readouterr()
+    assert not stderr
+    assert json.loads(stdout)["counts"]["walls"] == 4
+    assert sorted(path.name for path in out.iterdir()) == ["model.json", "params.toml", "plan.svg"]
+    load_params(out / "params.toml")
+    assert main(["compare", str(out / "model.json"), str(tmp_path / "truth.json"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["height_mm"] < 10
+
+
 def test_export_writes_the_kinds_asked_for(model: Path, tmp_path: Path, capsys: Captured) -> None:
     assert main(["export", str(model), "--to", "obj, .JSON,obj", "-o", str(tmp_path / "new" / "folder")]) == 0
     assert sorted(path.name for path in (tmp_path / "new" / "folder").iterdir()) == ["model.json", "model.mtl", "model.obj"]

@@ -7,7 +7,6 @@ import logging
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from enum import StrEnum
 from typing import Annotated, Any
 
 import typer
@@ -19,12 +18,6 @@ Verbose = Annotated[
     int, typer.Option("--verbose", "-v", count=True, metavar="", help="Say more; -vv: everything.", rich_help_panel="Messages")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.", rich_help_panel="Messages")]
-
-
-class Method(StrEnum):
-    """Methods of reconstruction."""
-
-    SLOPE = "slope"
 
 
 def set_up_messages(*, quiet: bool = False, verbose: int = 0) -> None:

@@ -9,7 +9,6 @@ import typer
 
 from indoor_bim.cli.console import (
     AsJson,
-    Method,
     Quiet,
     Verbose,
     emit_json,
@@ -34,7 +33,7 @@ Trajectory = Annotated[
 def reconstruct(
     scan: Scan,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results; made if missing.")],
-    method: Annotated[Method, typer.Option(help="Method of reconstruction.")] = Method.SLOPE,
+    method: Annotated[str | None, typer.Option(metavar="NAME", help="Method of reconstruction, such as slope, the published one.")] = None,
     to: Annotated[str, typer.Option(metavar="KIND,...", help="What to write of ifc, obj, ply, svg, json.")] = "ifc,obj,svg,json",
     trajectory: Trajectory = None,
     config: ConfigFile = None,
@@ -49,13 +48,16 @@ def reconstruct(
     Needs no parameters: `indoor-bim reconstruct scan.laz -o out`
     """
     from indoor_bim.config import load_params
+    from indoor_bim.pipeline import DEFAULT_METHOD
     from indoor_bim.pipeline import reconstruct as run
 
     set_up_messages(quiet=quiet, verbose=verbose)
     params = load_params(config, set_ or (), preset)
     formats = [kind.strip().lower() for kind in to.split(",") if kind.strip()]
     with progress_bars(quiet=quiet) as progress:
-        result = run(scan, output, method=method.value, params=params, trajectory=trajectory, formats=formats, progress=progress)
+        result = run(
+            scan, output, method=method or DEFAULT_METHOD, params=params, trajectory=trajectory, formats=formats, progress=progress
+        )
     warn(result.warnings, quiet=quiet)
     if as_json:
         emit_json({"counts": counts(result.building), "folder": str(output), "seconds": result.timings, "warnings": result.warnings})
