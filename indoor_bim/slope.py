@@ -188,7 +188,7 @@ def slope_segments(levelled: LevelledCloud, **parameters: float | None) -> Segme
     return slope_stages(levelled, **parameters).segments  # type: ignore[arg-type]
 
 
-def free_space(levelled: LevelledCloud, *, cell: float = 0.05) -> Raster:
+def free_space(levelled: LevelledCloud, *, cell: float = 0.03) -> Raster:
     """Image of where floor or ceiling was seen.
 
     Parameters
@@ -201,7 +201,7 @@ def free_space(levelled: LevelledCloud, *, cell: float = 0.05) -> Raster:
     Returns
     -------
     Raster
-        True where a floor or ceiling point lies or three of the eight neighbours hold one.
+        True where a floor or ceiling point lies, or in five of the eight neighbours.
     """
     seen = levelled.points[levelled.part != WALL, :2]
     if not len(seen):

@@ -182,7 +182,7 @@ def horizontal_layers(height: Points, *, layer: float = 0.05, contrast: float = 
     layer : float
         Thickness of the layers that are counted, metres.
     contrast : float
-        Least number of points in a layer against the median layer.
+        Least number of points in a layer against the median of the layers within half a metre.
     share : float
         Least number of points in a layer against the fullest layer.
 
@@ -193,6 +193,8 @@ def horizontal_layers(height: Points, *, layer: float = 0.05, contrast: float = 
     counts : (m,) float64
         Number of its points.
     """
+    from scipy import ndimage
+
     low, high = np.quantile(height, [0.002, 0.998])
     step = layer / 2
     first = np.floor(low / step) - 2
@@ -200,8 +202,8 @@ def horizontal_layers(height: Points, *, layer: float = 0.05, contrast: float = 
     inside = (index >= 0) & (index <= (high / step - first) + 2)
     counts = np.bincount(index[inside], minlength=5)
     window = np.convolve(counts, [1, 1], mode="full")[: len(counts)].astype(np.float64)
-    usual = float(np.median(window[window > 0]))
-    enough = max(contrast * usual, share * window.max())
+    usual = ndimage.median_filter(window, size=2 * round(0.5 / step) + 1, mode="constant")
+    enough = np.maximum(contrast * usual, share * window.max())
     levels: list[float] = []
     sizes: list[float] = []
     padded = np.pad(window, 2)

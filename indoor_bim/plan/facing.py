@@ -14,11 +14,12 @@ Floats = NDArray[np.float64]
 
 
 def orient_by_free_space(
-    segments: Segments, free: Raster, *, near: float = 0.08, far: float = 0.24, step: float = 0.04, contrast: float = 0.15
+    segments: Segments, free: Raster, *, near: float = 0.04, far: float = 0.24, step: float = 0.04, contrast: float = 0.15
 ) -> Segments:
     """Segments turned so that free space lies to the left of p -> q.
 
-    Both sides are sampled between `near` and `far`; the share of samples with floor or ceiling says how free a side is.
+    Both sides are sampled between `near` and `far`; the share of samples with floor or ceiling says how free a side is. Samples
+    weigh the less the farther they are, so that the room behind a thin wall does not count for its other side.
 
     Parameters
     ----------
@@ -61,5 +62,6 @@ def _share_free(segments: Segments, free: Raster, offsets: Floats, step: float) 
     place = (np.arange(len(row)) - np.repeat(np.cumsum(count) - count, count) + 0.5) / count[row]
     on_line = segments.p[row] + place[:, None] * (segments.q - segments.p)[row]
     samples = on_line[:, None, :] + offsets[None, :, None] * segments.normal[row][:, None, :]
-    hit = (free.sample(samples.reshape(-1, 2)) != 0).reshape(len(row), -1).mean(axis=1)
+    weight = 1 / np.abs(offsets) / (1 / np.abs(offsets)).sum()
+    hit = (free.sample(samples.reshape(-1, 2)) != 0).reshape(len(row), -1) @ weight
     return np.bincount(row, weights=hit, minlength=len(segments)) / count
