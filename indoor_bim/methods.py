@@ -55,8 +55,11 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     """
     import numpy as np
 
+    from indoor_bim.cloud.cloud import WALL
     from indoor_bim.cloud.planes import level_by_pca
+    from indoor_bim.plan.back_to_back import turn_back_to_back
     from indoor_bim.plan.curtains import draw_curtains
+    from indoor_bim.plan.raster import count_raster
     from indoor_bim.plan.selection import wall_like
     from indoor_bim.plan.storey_plan import StoreyPlan
     from indoor_bim.slope import slope_stages
@@ -79,10 +82,14 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     level = levelled.storeys[0]
     faces = lines.segments
     height = (level.ceiling or float(np.nanmax(faces.top))) - (level.floor or 0.0)
-    faces = draw_curtains(faces.take(wall_like(faces, storey_height=height)))
+    faces = faces.take(wall_like(faces, storey_height=height))
+    horizontal = count_raster(levelled.points[levelled.part != WALL, :2], cell=0.02)
+    faces = draw_curtains(turn_back_to_back(faces, horizontal))
     plan = StoreyPlan(faces, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)
     with stages("walls") as keep:
-        storey, walls, warnings = storey_from_plan(plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness)
+        storey, walls, warnings = storey_from_plan(
+            plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness, far_snap=1.5
+        )
         keep(walls)
     return Reconstruction(levelled.frame, (storey,), warnings=warnings)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from indoor_bim.assemble import build_storey
 from indoor_bim.model import Evidence, Storey
 from indoor_bim.plan.collinear import merge_collinear
-from indoor_bim.plan.graph import join_walls, wall_graph
+from indoor_bim.plan.graph import join_walls
 from indoor_bim.plan.joints import footprints
 from indoor_bim.plan.rooms import observed_share, room_polygons
 from indoor_bim.plan.storey_plan import StoreyPlan
@@ -22,6 +22,7 @@ def storey_from_plan(
     min_thickness: float = 0.05,
     max_thickness: float = 0.60,
     snap: float = 0.30,
+    far_snap: float = 0.0,
 ) -> tuple[Storey, Walls, tuple[str, ...]]:
     """Make walls of faces, join them, find the rooms between them and put all of it into the model.
 
@@ -35,6 +36,8 @@ def storey_from_plan(
         Bounds of a wall's thickness, metres.
     snap : float
         Slack of corners that were not seen, metres.
+    far_snap : float
+        Slack of ends that meet nothing within `snap`, metres.
 
     Returns
     -------
@@ -46,9 +49,9 @@ def storey_from_plan(
         What had to be assumed.
     """
     walls = merge_collinear(walls_from_faces(plan.faces, min_thickness=min_thickness, max_thickness=max_thickness))
-    walls, meetings = join_walls(walls, snap=snap)
+    walls, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
     outlines = footprints(walls, meetings)
-    rooms = room_polygons(wall_graph(walls, meetings), outlines)
+    rooms = room_polygons(outlines)
     seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]
     kept = [k for k in range(len(rooms)) if seen[k] >= SMALLEST_SHARE_SEEN]
     warnings = list(plan.warnings)

@@ -29,7 +29,7 @@ class Meeting:
     ends: tuple[End, ...]
 
 
-def join_walls(walls: Walls, *, snap: float = 0.30) -> tuple[Walls, tuple[Meeting, ...]]:
+def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tuple[Walls, tuple[Meeting, ...]]:
     """Move wall ends to the axes of the walls they meet.
 
     An end meets another wall when the intersection of the axes is no farther from it than half that wall's thickness plus
@@ -43,6 +43,8 @@ def join_walls(walls: Walls, *, snap: float = 0.30) -> tuple[Walls, tuple[Meetin
         Walls in metres.
     snap : float
         Slack for what the scan did not see of the corner, metres.
+    far_snap : float
+        Slack for ends that meet nothing within `snap`, such as corners behind cupboards, metres.
 
     Returns
     -------
@@ -52,7 +54,10 @@ def join_walls(walls: Walls, *, snap: float = 0.30) -> tuple[Walls, tuple[Meetin
         Corners, sorted by position.
     """
     walls = split_crossings(walls, snap=snap)
-    choice = {(a, e): _choose(walls, a, e, snap=snap) for a in range(len(walls)) for e in (0, 1)}
+    ends = [(a, e) for a in range(len(walls)) for e in (0, 1)]
+    choice = {(a, e): _choose(walls, a, e, snap=snap) for a, e in ends}
+    if far_snap > snap:
+        choice |= {(a, e): _choose(walls, a, e, snap=far_snap, outwards=True) for a, e in ends if choice[a, e] is None}
     p, q = walls.p.copy(), walls.q.copy()
     for (a, e), found in choice.items():
         if found is not None:
@@ -140,7 +145,7 @@ def wall_graph(walls: Walls, meetings: tuple[Meeting, ...]) -> nx.Graph:
     return graph
 
 
-def _choose(walls: Walls, a: int, end: int, *, snap: float) -> tuple[int, Floats] | None:
+def _choose(walls: Walls, a: int, end: int, *, snap: float, outwards: bool = False) -> tuple[int, Floats] | None:
     """The wall that an end meets, and where: the least movement wins, then the thicker wall."""
     d = walls.direction
     tip = walls.q[a] if end else walls.p[a]
@@ -159,6 +164,8 @@ def _choose(walls: Walls, a: int, end: int, *, snap: float) -> tuple[int, Floats
     reach = walls.thickness[rows] / 2 / np.abs(sine) + snap
     slack = walls.thickness[a] / 2 / np.abs(sine) + snap
     near = (np.abs(move) <= reach) & (beyond <= slack)
+    if outwards:
+        near &= move > 0
     if not near.any():
         return None
     rows, move, beyond = rows[near], move[near], beyond[near]

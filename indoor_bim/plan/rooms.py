@@ -9,21 +9,24 @@ import numpy as np
 from indoor_bim.plan.raster import Raster
 
 if TYPE_CHECKING:
-    import networkx as nx
     import shapely
+
+GRID = 1e-6  # metres; the precision of plan coordinates
 
 
 def room_polygons(
-    graph: nx.Graph, footprints: list[shapely.Polygon], *, min_area: float = 1.0, min_width: float = 0.5
+    footprints: list[shapely.Polygon], *, crack: float = 0.10, min_area: float = 1.0, min_width: float = 0.5
 ) -> list[shapely.Polygon]:
-    """Free space inside every loop of the wall graph.
+    """Free space that walls enclose.
+
+    Walls are grown until cracks between them close; each hole in what they cover is a room, grown back to the faces of its walls.
 
     Parameters
     ----------
-    graph : networkx.Graph
-        Planar graph of corners and wall stretches (`wall_graph`), metres.
     footprints : list of shapely.Polygon
-        Outlines of the walls.
+        Outlines of the walls, metres.
+    crack : float
+        Widest gap between walls that does not open a room, metres.
     min_area : float
         Smallest room, square metres.
     min_width : float
@@ -33,16 +36,30 @@ def room_polygons(
     -------
     list of shapely.Polygon
         Rooms, sorted by position; no two overlap, none overlaps a wall.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> ring = shapely.box(0, 0, 5, 4).difference(shapely.box(0.2, 0.2, 4.8, 3.8))
+    >>> [room.area for room in room_polygons([ring])]
+    [16.56]
     """
     import shapely
 
-    lines = [shapely.LineString(edge) for edge in sorted(tuple(sorted(edge)) for edge in graph.edges)]
-    walls = shapely.union_all(footprints, grid_size=1e-6) if footprints else shapely.Polygon()
+    if not footprints:
+        return []
+    walls = shapely.union_all(footprints, grid_size=GRID)
+    grown = walls.buffer(crack / 2, join_style="mitre")
+    rings = [ring for part in shapely.get_parts(grown) for ring in part.interiors]
+    free = [part for ring in rings for part in shapely.get_parts(shapely.Polygon(ring).difference(grown))]
     rooms = []
-    for cell in shapely.get_parts(shapely.polygonize(lines)):
-        for part in shapely.get_parts(shapely.difference(cell, walls, grid_size=1e-6)):
-            if part.geom_type == "Polygon" and part.area >= min_area and not part.buffer(-min_width / 2).is_empty:
-                rooms.append(part.simplify(0.001))
+    for hole in free:
+        if hole.geom_type != "Polygon":
+            continue
+        back = shapely.difference(hole.buffer(crack / 2, join_style="mitre"), walls, grid_size=GRID)
+        room = max(shapely.get_parts(back), key=lambda part: part.area)
+        if room.area >= min_area and not room.buffer(-min_width / 2).is_empty:
+            rooms.append(room.simplify(0.001))
     return sorted(rooms, key=lambda room: tuple(np.round([*room.representative_point().coords[0], room.area], 4)))
 
 
