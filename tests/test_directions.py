@@ -1,5 +1,7 @@
 """The main direction of a building."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,7 @@ def walls(angle, noise=0.01, seed=0):
     """Plan points of an L-shaped building with one wall at 30 degrees, turned by `angle` degrees."""
     rng = np.random.default_rng(seed)
     corners = np.array([[0, 0], [20, 0], [20, 6], [8, 6], [8, 12], [0, 12], [0, 0]], dtype=float)
-    ends = [*zip(corners[:-1], corners[1:], strict=True), (np.array([12.0, 1.0]), np.array([12 + 2.598, 2.5]))]
+    ends = [*pairwise(corners), (np.array([12.0, 1.0]), np.array([12 + 2.598, 2.5]))]
     xy = np.concatenate([p + np.linspace(0, 1, int(np.hypot(*(q - p)) * 100))[:, None] * (q - p) for p, q in ends])
     c, s = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
     return (xy + rng.normal(scale=noise, size=xy.shape)) @ np.array([[c, s], [-s, c]])
@@ -30,7 +32,7 @@ def test_order_and_place_do_not_matter():
     xy = walls(5.0)
     order = np.random.default_rng(1).permutation(len(xy))
     assert main_direction(xy[order]) == main_direction(xy)
-    assert main_direction(xy + [1000.0, -2000.0]) == pytest.approx(main_direction(xy), abs=1e-4)
+    assert main_direction(xy + np.array([1000.0, -2000.0])) == pytest.approx(main_direction(xy), abs=1e-4)
 
 
 def test_no_points():

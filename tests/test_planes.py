@@ -99,7 +99,7 @@ def test_yaw_is_the_smallest_quarter_turn(yaw):
 
 
 def test_frame_and_points_agree():
-    scan = turned(box_room(), 12.0, 70.0) + [500_000.0, 5_800_000.0, 100.0]
+    scan = turned(box_room(), 12.0, 70.0) + np.array([500_000.0, 5_800_000.0, 100.0])
     origin = scan.mean(axis=0).round()
     cloud = Cloud(points=scan - origin, frame=Frame(origin, np.eye(3), 1.0, np.zeros(3)))
     levelled = planes.level_by_pca(cloud)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from indoor_bim.plan.image import magnify_and_subsample, remove_burrs, thicken, wall_image

@@ -167,7 +167,7 @@ def _united(a: SlopeLines, b: SlopeLines) -> SlopeLines:
     along = a.direction
 
     def ahead(ends: Floats) -> Floats:
-        return (ends * along).sum(axis=1)
+        return ends[:, 0] * along[:, 0] + ends[:, 1] * along[:, 1]
 
     return SlopeLines(
         slope=a.slope,
