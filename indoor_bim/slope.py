@@ -188,15 +188,15 @@ def slope_segments(levelled: LevelledCloud, **parameters: float | None) -> Segme
     return slope_stages(levelled, **parameters).segments  # type: ignore[arg-type]
 
 
-def free_space(levelled: LevelledCloud, *, cell: float = 0.03) -> Raster:
+def free_space(levelled: LevelledCloud, *, cell: float | None = None) -> Raster:
     """Image of where floor or ceiling was seen.
 
     Parameters
     ----------
     levelled : LevelledCloud
         Cloud split into floor, ceiling and walls.
-    cell : float
-        Side of a pixel, metres.
+    cell : float, optional
+        Side of a pixel, metres; None: twice the point spacing, at least 3 cm.
 
     Returns
     -------
@@ -205,6 +205,9 @@ def free_space(levelled: LevelledCloud, *, cell: float = 0.03) -> Raster:
     """
     seen = levelled.points[levelled.part != WALL, :2]
     if not len(seen):
-        return Raster(np.zeros((1, 1), dtype=bool), np.zeros(2), cell)
+        return Raster(np.zeros((1, 1), dtype=bool), np.zeros(2), 0.03)
+    if cell is None:
+        spacing = point_spacing(levelled.points[levelled.part != WALL])
+        cell = max(0.03, 2 * spacing) if np.isfinite(spacing) else 0.03
     raster = wall_image(seen, magnification=1 / cell)
     return replace(raster, image=raster.image | remove_burrs(raster.image))
