@@ -1,0 +1,231 @@
+"""Openings in the walls of a storey, found from each wall's own picture."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.model import Evidence, Opening, Storey, Wall
+from indoor_bim.plan.holes import cell_states, find_holes
+from indoor_bim.plan.opening_edges import traces
+from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
+from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, face_scatter
+from indoor_bim.plan.wall_rays import WallBox, WallRays, points_at_walls, rays_at_walls, sensor_positions
+
+Floats = NDArray[np.float64]
+
+log = logging.getLogger(__name__)
+
+DECIMALS = 4  # tenths of a millimetre
+LEAF_REACH = 1.3  # metres before a face: where the leaves of doors stand
+FINEST_TOLERANCE, COARSEST_TOLERANCE = 0.03, 0.08  # metres
+
+
+def find_openings(
+    storey: Storey,
+    points: Floats,
+    *,
+    trajectory: Floats | None = None,
+    gps_time: Floats | None = None,
+    min_confidence: float = 0.4,
+    min_door_width: float = 0.6,
+    max_door_width: float = 2.5,
+    min_door_height: float = 1.8,
+    max_door_height: float = 2.6,
+    frame: float = 0.04,
+) -> Storey:
+    """Find doors, windows and passages in the walls of a storey.
+
+    Parameters
+    ----------
+    storey : Storey
+        Storey with walls; openings that they carry are replaced.
+    points : (n, 3) float64
+        All points of the scan in model coordinates, metres.
+    trajectory : (m, 4) float64, optional
+        Path of the scanner: time in seconds, and x, y, z in model coordinates, metres.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds.
+    min_confidence : float
+        Openings that are less certain are left out.
+    min_door_width, max_door_width, min_door_height, max_door_height : float
+        Bounds of doors, metres.
+    frame : float
+        Width of a door frame that lies in the plane of the wall, where it cannot be seen, metres.
+
+    Returns
+    -------
+    Storey
+        The storey with openings in its walls.
+    """
+    found: dict[str, list[FoundOpening]] = {}
+    for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time):
+        openings = []
+        for hole in find_holes(*cell_states(view.picture), cell=view.picture.cell):
+            opening = name_opening(
+                hole,
+                view.box,
+                view.rays,
+                traces(view.rays, tolerance=view.tolerance, through_depth=view.through_depth, both_faces=view.wall.thickness_measured),
+                view.around,
+                tolerance=view.tolerance,
+                through_depth=view.through_depth,
+                walked=view.walked,
+                min_door_width=min_door_width,
+                max_door_width=max_door_width,
+                min_door_height=min_door_height,
+                max_door_height=max_door_height,
+                frame=frame,
+            )
+            if opening is not None and opening.confidence >= min_confidence:
+                openings.append(opening)
+        found[view.wall.id] = _without_overlap(openings)
+    return replace(storey, walls=_with_openings(storey, found))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WallView:
+    """Everything that the scan shows of one wall.
+
+    Parameters
+    ----------
+    wall : Wall
+        Wall of the model.
+    box : WallBox
+        Where it stands.
+    rays : WallRays
+        Rays at it, with corrected depths.
+    picture : WallPicture
+        Their picture.
+    around : ((n,), (n,), (n,)) float64
+        Points around it: along, across, up; metres.
+    walked : tuple of float
+        Places along it where the scanner was carried through, metres.
+    tolerance : float
+        Hits closer than this to a face are on it, metres.
+    through_depth : float
+        Rays that ended this far behind the nearer face went through, metres.
+    """
+
+    wall: Wall
+    box: WallBox
+    rays: WallRays
+    picture: WallPicture
+    around: tuple[Floats, Floats, Floats]
+    walked: tuple[float, ...]
+    tolerance: float
+    through_depth: float
+
+
+def wall_views(
+    storey: Storey, points: Floats, *, trajectory: Floats | None = None, gps_time: Floats | None = None, max_thickness: float = 0.60
+) -> Iterator[WallView]:
+    """Collect what the scan shows of each wall.
+
+    Parameters
+    ----------
+    storey : Storey
+        Storey with walls.
+    points : (n, 3) float64
+        All points of the scan in model coordinates, metres.
+    trajectory : (m, 4) float64, optional
+        Path of the scanner: time in seconds, and x, y, z in model coordinates, metres.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds.
+    max_thickness : float
+        Thickest wall, metres: rays that end farther behind a wall seen from one side went through it.
+
+    Yields
+    ------
+    WallView
+        One for each wall, in the order of the storey.
+    """
+    boxes = [WallBox(wall.axis[0], wall.axis[1], wall.thickness, wall.base, wall.height) for wall in storey.walls]
+    all_rays = rays_at_walls(boxes, points, sensor_positions(trajectory, gps_time), gps_time)
+    near = points_at_walls(boxes, points, reach=LEAF_REACH)
+    for wall, box, rays, around in zip(storey.walls, boxes, all_rays, near, strict=True):
+        corrected, scatter = face_scatter(rays)
+        tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
+        if not wall.thickness_measured:
+            corrected = corrected.take(corrected.side == _seen_side(corrected, tolerance=tolerance))
+        through_depth = wall.thickness + tolerance if wall.thickness_measured else max_thickness
+        ahead = np.abs(around[1]) > wall.thickness / 2 + tolerance
+        picture = draw_picture(
+            box,
+            corrected,
+            tolerance=tolerance,
+            through_depth=through_depth,
+            cell=cell_size(box, len(corrected)),
+            before=(around[0][ahead], around[2][ahead]),
+        )
+        yield WallView(wall, box, corrected, picture, around, _walked_through(box, trajectory), tolerance, through_depth)
+
+
+def _seen_side(rays: WallRays, *, tolerance: float) -> int:
+    """Side from which more hits lie on the face."""
+    face = np.abs(rays.depth) <= tolerance
+    return 1 if int((face & (rays.side == 1)).sum()) >= int((face & (rays.side == -1)).sum()) else -1
+
+
+def _walked_through(box: WallBox, trajectory: Floats | None) -> tuple[float, ...]:
+    """Places along a wall where the path crosses its centre line."""
+    if trajectory is None or len(trajectory) < 2:
+        return ()
+    dx, dy = box.direction
+    x, y = trajectory[:, 1] - box.start[0], trajectory[:, 2] - box.start[1]
+    along, across = x * dx + y * dy, y * dx - x * dy
+    level = trajectory[:, 3] - box.base
+    rows = np.flatnonzero((across[:-1] * across[1:] < 0) & (level[:-1] > 0) & (level[:-1] < box.height))
+    share = across[rows] / (across[rows] - across[rows + 1])
+    place = along[rows] + share * (along[rows + 1] - along[rows])
+    step = np.hypot(np.diff(x)[rows], np.diff(y)[rows])
+    return tuple(float(p) for p in place[(place > 0) & (place < box.length) & (step < 1.0)])
+
+
+def _without_overlap(openings: list[FoundOpening]) -> list[FoundOpening]:
+    """Openings that share no place, the more certain ones first, sorted along the wall."""
+    kept: list[FoundOpening] = []
+    for new in sorted(openings, key=lambda o: (-o.confidence, o.start, o.bottom)):
+        clash = any(
+            min(new.end, old.end) > max(new.start, old.start) and min(new.top, old.top) > max(new.bottom, old.bottom) for old in kept
+        )
+        if not clash:
+            kept.append(new)
+    return sorted(kept, key=lambda o: (o.start, o.bottom))
+
+
+def _with_openings(storey: Storey, found: dict[str, list[FoundOpening]]) -> tuple[Wall, ...]:
+    """Walls of a storey with numbered openings."""
+    number = {"door": 0, "window": 0, "opening": 0}
+    walls = []
+    for wall in storey.walls:
+        openings = []
+        for opening in found.get(wall.id, ()):
+            number[opening.kind] += 1
+            openings.append(_model_opening(opening, prefix=storey.id, number=number[opening.kind]))
+        walls.append(replace(wall, openings=tuple(openings)))
+    return tuple(walls)
+
+
+def _model_opening(found: FoundOpening, *, prefix: str, number: int) -> Opening:
+    kind = found.kind.capitalize()
+    start, sill = round(max(found.start, 0.0), DECIMALS), round(max(found.bottom, 0.0), DECIMALS)
+    leaf = found.leaves[0] if found.leaves else None
+    return Opening(
+        id=f"{prefix}-{kind}{number}",
+        name=f"{kind} {number}",
+        kind=found.kind,
+        start=start,
+        width=round(found.end - start, DECIMALS),
+        sill=sill,
+        height=round(found.top - sill, DECIMALS),
+        hinge=leaf.hinge if leaf and found.kind == "door" and len(found.leaves) == 1 else None,
+        swing=leaf.swing if leaf and found.kind == "door" else None,
+        leaves=leaf_count(found),
+        confidence=round(min(found.confidence, 1.0), 3),
+        evidence=Evidence(support=found.rays, coverage=round(found.edges_seen, 3), sides=min(found.sides, 2)),
+    )

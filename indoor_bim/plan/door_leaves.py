@@ -1,0 +1,96 @@
+"""Leaves of open doors: upright planes that stand at a jamb."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+THICKEST = 0.06  # metres: half the thickness of a leaf and the error of its points
+NARROWEST, WIDEST = 0.55, 1.25  # metres
+HINGE_SLACK = 0.12  # metres between the jamb and the pivot of the leaf
+ANGLES = np.radians(np.arange(40.0, 156.0, 5.0))  # from closed; leaves that are nearer to the wall cannot be told from it
+PATCH = 0.10  # metres
+FILLED = 0.40  # share of the patches of a leaf that are hit at least
+LOW, HIGH = 0.30, 1.80  # metres above the floor: what every leaf covers
+
+
+@dataclass(frozen=True, slots=True)
+class Leaf:
+    """Open leaf.
+
+    Parameters
+    ----------
+    hinge : {"start", "end"}
+        Jamb that it hangs on.
+    swing : {"left", "right"}
+        Side of the wall axis that it opens to.
+    filled : float
+        Share of it that was hit.
+    """
+
+    hinge: Literal["start", "end"]
+    swing: Literal["left", "right"]
+    filled: float
+
+
+def find_leaves(along: Floats, across: Floats, up: Floats, *, start: float, end: float, thickness: float) -> tuple[Leaf, ...]:
+    """Leaves of a door: one at either jamb, or two that share the width.
+
+    Parameters
+    ----------
+    along, across, up : (n,) float64
+        Points around the wall: along its axis, to the left of it, above its foot; metres.
+    start, end : float
+        Jambs, metres along the axis.
+    thickness : float
+        Thickness of the wall, metres.
+    """
+    width = end - start
+    level = (up > LOW) & (up < HIGH) & (along > start - WIDEST) & (along < end + WIDEST)
+    along, across, up = along[level], across[level], up[level]
+    found: list[tuple[float, Leaf]] = []
+    for swing, sign in (("left", 1.0), ("right", -1.0)):
+        beyond = across * sign - thickness / 2
+        ahead = beyond > 2 * THICKEST
+        for hinge, jamb, inward in (("start", start, 1.0), ("end", end, -1.0)):
+            x, y, z = (along[ahead] - jamb) * inward, beyond[ahead], up[ahead]
+            for share in (1, 2) if width > 2 * NARROWEST else (1,):
+                if not NARROWEST <= width / share <= WIDEST + HINGE_SLACK:
+                    continue
+                filled = _best_fill(x, y, z, length=width / share)
+                if filled >= FILLED:
+                    found.append((filled / share, Leaf(hinge, swing, filled)))  # type: ignore[arg-type]
+    if not found:
+        return ()
+    best = max(found, key=lambda item: (item[0], item[1].hinge, item[1].swing))[1]
+    others = [leaf for _, leaf in found if leaf.swing == best.swing and leaf.hinge != best.hinge]
+    if width > 2 * NARROWEST and others:
+        return (best, max(others, key=lambda leaf: leaf.filled))
+    return (best,)
+
+
+def _best_fill(x: Floats, y: Floats, z: Floats, *, length: float) -> float:
+    """Largest share of the patches that a leaf of this length would cover, over angles and pivots."""
+    reach = np.hypot(x, y) < length + 0.3
+    x, y, z = x[reach], y[reach], z[reach]
+    layers = round((HIGH - LOW) / PATCH)
+    layer = np.minimum(((z - LOW) / PATCH).astype(np.int64), layers - 1)
+    best = 0.0
+    for pivot in (0.0, HINGE_SLACK / 2):
+        for angle in ANGLES:
+            c, s = np.cos(angle), np.sin(angle)
+            out, off = (x - pivot) * c + y * s, y * c - (x - pivot) * s
+            on = (np.abs(off) < THICKEST) & (out > 0)
+            first = max(2 * THICKEST / s, 0.15)
+            patches = max(int((length - 0.1 - first) / PATCH), 1)
+            column = np.floor((out[on] - first) / PATCH).astype(np.int64)
+            cover = np.unique(column * layers + layer[on])
+            inside = float(((cover >= 0) & (cover < patches * layers)).sum()) / (patches * layers)
+            tail = (cover >= (patches + 2) * layers) & (cover < (patches + 4) * layers)
+            best = max(best, inside - float(tail.sum()) / (2 * layers))
+    return best

@@ -1,0 +1,128 @@
+"""Rectangular holes in the picture of a wall: places that rays went into."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.wall_picture import WallPicture
+
+Bools = NDArray[np.bool_]
+Ints = NDArray[np.int64]
+
+SMALLEST_SIDE = 0.30  # metres: smaller holes are sockets, pipes and gaps in the scan
+LEAST_RAYS = 30
+NARROW_BAR = 0.20  # metres: mullions, transoms and stripes without rays do not end a hole
+FULL_LINE = 0.35  # a row or column belongs to a hole when it is open over this share of its typical length
+
+
+@dataclass(frozen=True, slots=True)
+class Hole:
+    """Rectangle that rays went into, metres along the wall and up from its foot.
+
+    Parameters
+    ----------
+    start, end, bottom, top : float
+        Its sides.
+    """
+
+    start: float
+    end: float
+    bottom: float
+    top: float
+
+    @property
+    def width(self) -> float:
+        """Width in metres."""
+        return self.end - self.start
+
+    @property
+    def height(self) -> float:
+        """Height in metres."""
+        return self.top - self.bottom
+
+
+def cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
+    """Open cells and wall cells of a picture; the others are unknown.
+
+    A cell takes the majority of the rays in the 3 x 3 cells around it; where there are fewer than two, nothing is known.
+
+    Parameters
+    ----------
+    picture : WallPicture
+        Picture of one wall.
+
+    Returns
+    -------
+    open_cells, wall_cells : (rows, columns) bool
+        Cells that rays went into; cells whose face was hit.
+    """
+    entered, face = _around(picture.entered), _around(picture.face)
+    known = entered + face >= 2
+    return known & (entered > face), known & (face >= entered)
+
+
+def find_holes(open_cells: Bools, wall_cells: Bools, *, cell: float) -> list[Hole]:
+    """Rectangles around connected open cells, to the nearest cell.
+
+    Parameters
+    ----------
+    open_cells, wall_cells : (rows, columns) bool
+        States of the cells.
+    cell : float
+        Side of a cell, metres.
+
+    Examples
+    --------
+    >>> state = np.zeros((30, 50), dtype=bool)
+    >>> state[:20, 10:20] = True
+    >>> find_holes(state, ~state, cell=0.1)
+    [Hole(start=1.0, end=2.0, bottom=0.0, top=2.0)]
+    """
+    from scipy import ndimage
+
+    bridged = open_cells | (ndimage.binary_closing(np.pad(open_cells, 2), np.ones((3, 3)))[2:-2, 2:-2] & ~wall_cells)
+    labels, _ = ndimage.label(bridged, np.ones((3, 3)))
+    holes: list[Hole] = []
+    for number, box in enumerate(ndimage.find_objects(labels), start=1):
+        part = (labels[box] == number) & open_cells[box]
+        if part.sum() * cell**2 < SMALLEST_SIDE**2 / 2:
+            continue
+        low, left = box[0].start, box[1].start
+        for columns in _runs(part, wall_cells[box], axis=0, cell=cell):
+            strip = part[:, columns]
+            for rows in _runs(strip, wall_cells[box][:, columns], axis=1, cell=cell)[:1]:
+                hole = Hole(
+                    *(float(np.round(k * cell, 9)) for k in (left + columns.start, left + columns.stop, low + rows.start, low + rows.stop))
+                )
+                if min(hole.width, hole.height) >= SMALLEST_SIDE:
+                    holes.append(hole)
+    return sorted(holes, key=lambda hole: (hole.start, hole.bottom))
+
+
+def _runs(part: Bools, wall: Bools, *, axis: int, cell: float) -> list[slice]:
+    """Stretches of columns (axis 0) or rows (axis 1) that are open over most of their typical length, longest first."""
+    count = part.sum(axis=axis)
+    if not count.any():
+        return []
+    full = count >= FULL_LINE * np.percentile(count[count > 0], 90)
+    lines = np.flatnonzero(full)
+    solid = wall.sum(axis=axis) > part.sum(axis=axis)
+    runs: list[list[int]] = []
+    for line in lines.tolist():
+        if runs and (line - runs[-1][1]) * cell <= NARROW_BAR + cell and not solid[runs[-1][1] + 1 : line].any():
+            runs[-1][1] = line
+        else:
+            runs.append([line, line])
+    runs.sort(key=lambda run: (run[0] - run[1], run[0]))
+    return [slice(a, b + 1) for a, b in runs]
+
+
+def _around(counts: Ints) -> Ints:
+    """Sums over 3 x 3 cells."""
+    wide = np.pad(counts, 1)
+    rows = wide[:-2] + wide[1:-1] + wide[2:]
+    total: Ints = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+    return total

@@ -1,0 +1,226 @@
+"""What the holes of a wall are: doors, windows, passages, or niches that are none of these."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.door_leaves import Leaf, find_leaves
+from indoor_bim.plan.holes import Hole
+from indoor_bim.plan.opening_edges import Edge, Traces, place_edges
+from indoor_bim.plan.wall_rays import WallBox, WallRays
+
+Floats = NDArray[np.float64]
+
+THRESHOLD = 0.25  # metres: what begins lower than this reaches the floor
+CEILING_GAP = 0.10  # metres: what ends closer than this to the ceiling has no lintel
+LOWEST_HIT = 0.08  # metres above the floor: lower points may be the floor's own
+THROUGH_SHARE = 0.04  # of the rays into a hole: fewer than these through it are stray
+GLASS_DENSITY = 0.4  # of the hits on the wall around: panes return fewer rays than that, the back of a niche all
+WALKED_MARGIN = 0.10  # metres
+LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
+ONE_LEAF = 1.35  # metres: no single leaf is wider
+
+Kind = Literal["door", "window", "opening"]
+
+
+@dataclass(frozen=True, slots=True)
+class FoundOpening:
+    """Opening of a wall, metres along its axis and up from its foot.
+
+    Parameters
+    ----------
+    kind : {"door", "window", "opening"}
+        Opening stands for a passage up to the ceiling.
+    start, end, bottom, top : float
+        Its sides.
+    leaves : tuple of Leaf
+        Leaves that were seen standing open.
+    closed : bool
+        True for a door whose leaf was seen in the hole.
+    confidence : float
+        0 to 1.
+    rays : int
+        Rays that went into it.
+    edges_seen : float
+        Share of its edges next to which the face was hit.
+    sides : int
+        Sides of the wall that it was seen from.
+    """
+
+    kind: Kind
+    start: float
+    end: float
+    bottom: float
+    top: float
+    leaves: tuple[Leaf, ...]
+    closed: bool
+    confidence: float
+    rays: int
+    edges_seen: float
+    sides: int
+
+
+def name_opening(
+    hole: Hole,
+    wall: WallBox,
+    rays: WallRays,
+    where: Traces,
+    around: tuple[Floats, Floats, Floats],
+    *,
+    tolerance: float,
+    through_depth: float,
+    walked: Sequence[float] = (),
+    min_door_width: float = 0.6,
+    max_door_width: float = 2.5,
+    min_door_height: float = 1.8,
+    max_door_height: float = 2.6,
+    frame: float = 0.04,
+) -> FoundOpening | None:
+    """Tell what a hole is and measure it.
+
+    Parameters
+    ----------
+    hole : Hole
+        Rectangle to the nearest cell.
+    wall : WallBox
+        Wall that it is in.
+    rays : WallRays
+        Rays at the wall, with corrected depths.
+    where : Traces
+        The same rays, split.
+    around : ((n,), (n,), (n,)) float64
+        Points around the wall: along, across, up; metres.
+    tolerance : float
+        Hits closer than this to a face are on it, metres.
+    through_depth : float
+        Rays that ended this far behind the nearer face went through the wall, metres.
+    walked : sequence of float
+        Places along the wall where the scanner was carried through it, metres.
+    min_door_width, max_door_width, min_door_height, max_door_height : float
+        Bounds of doors, metres.
+    frame : float
+        Width of the frame of a door that lies in the plane of the face, where it cannot be seen, metres.
+
+    Returns
+    -------
+    FoundOpening or None
+        None for a niche, a gap, or too little evidence.
+    """
+    edges = place_edges(hole, where)
+    start, end = max(edges["start"].place, 0.0), min(edges["end"].place, wall.length)
+    top = min(edges["top"].place, wall.height)
+    to_floor = _reaches_floor(hole, edges["bottom"], where)
+    bottom = 0.0 if to_floor else max(edges["bottom"].place, 0.0)
+    to_ceiling = wall.height - top < CEILING_GAP
+    inside = (rays.depth > tolerance) & (rays.along > start) & (rays.along < end) & (rays.up > bottom) & (rays.up < top)
+    depth = rays.depth[inside]
+    through = float((depth > through_depth).mean()) if len(depth) else 0.0
+    is_through = through > THROUGH_SHARE
+    was_walked = to_floor and any(start - WALKED_MARGIN < x < end + WALKED_MARGIN for x in walked)
+    width = end - start
+    leaves: tuple[Leaf, ...] = ()
+    closed = False
+    kind: Kind
+    if to_floor:
+        if top < min_door_height or width < min_door_width:
+            return None
+        leaves = find_leaves(*around, start=start, end=end, thickness=wall.thickness) if width <= max_door_width else ()
+        closed = not is_through and not was_walked
+        if closed and not _is_leaf(depth, wall):
+            return None
+        if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
+            kind = "window" if _is_glass(hole, rays, where, inside) and width > max_door_width and not was_walked else "opening"
+        else:
+            kind = "door"
+    else:
+        if not is_through and not _is_glass(hole, rays, where, inside):
+            return None
+        kind = "window"
+    if kind == "door" and (leaves or closed):
+        start, end, top = _with_frame(edges, rays, tolerance=tolerance, frame=frame, wall=wall, closed=closed)
+    seen = [edges["start"].seen, edges["end"].seen, edges["top"].seen or to_ceiling, edges["bottom"].seen or to_floor]
+    seen_share = float(np.mean(seen))
+    proof = 1.0 if was_walked else 0.9 if is_through else 0.7
+    confidence = proof * (1 - np.exp(-len(depth) / 50)) * (0.4 + 0.6 * seen_share)
+    sides = len(np.unique(rays.side[inside]))
+    return FoundOpening(kind, start, end, bottom, top, leaves, closed, float(confidence), len(depth), seen_share, sides)
+
+
+def leaf_count(found: FoundOpening) -> int:
+    """Number of leaves: those of a door that is too wide for one are two."""
+    if found.kind != "door":
+        return 0
+    return 2 if len(found.leaves) == 2 or found.end - found.start > ONE_LEAF else 1
+
+
+def _reaches_floor(hole: Hole, bottom: Edge, where: Traces) -> bool:
+    """True where no wall was hit below the hole."""
+    if hole.bottom < THRESHOLD:
+        return True
+    inset = min(0.1, hole.width / 4)
+    below = (where.face_up > LOWEST_HIT) & (where.face_up < hole.bottom - 0.05)
+    below &= (where.face_along > hole.start + inset) & (where.face_along < hole.end - inset)
+    beside = (where.face_up > LOWEST_HIT) & (where.face_up < hole.bottom - 0.05)
+    beside &= (np.abs(where.face_along - (hole.start + hole.end) / 2) < hole.width) & ~(
+        (where.face_along > hole.start - inset) & (where.face_along < hole.end + inset)
+    )
+    return int(below.sum()) < 0.2 * max(int(beside.sum()), 10)
+
+
+def _is_leaf(depth: NDArray, wall: WallBox) -> bool:
+    """True where rays ended on one plane within the wall."""
+    if not len(depth):
+        return False
+    middle = float(np.median(depth))
+    return middle < max(wall.thickness, 0.1) and float(np.mean(np.abs(depth - middle) < 2 * LEAF_SPREAD)) > 0.6
+
+
+def _is_glass(hole: Hole, rays: WallRays, where: Traces, inside: NDArray[np.bool_]) -> bool:
+    """True where far fewer rays returned from the hole than from the wall around it."""
+    reach = 0.3
+    ring = (where.face_along > hole.start - reach) & (where.face_along < hole.end + reach)
+    ring &= (where.face_up > hole.bottom - reach) & (where.face_up < hole.top + reach)
+    area = (hole.width + 2 * reach) * (hole.height + 2 * reach) - hole.width * hole.height
+    return int(inside.sum()) / (hole.width * hole.height) < GLASS_DENSITY * int(ring.sum()) / area
+
+
+def _with_frame(
+    edges: dict[str, Edge], rays: WallRays, *, tolerance: float, frame: float, wall: WallBox, closed: bool
+) -> tuple[float, float, float]:
+    """Start, end and top of a door with the frame that could not be told from the face."""
+    start, end, top = edges["start"], edges["end"], edges["top"]
+    level = (rays.depth > tolerance) & (rays.up > 0.3) & (rays.up < top.place - 0.3)
+    across = (rays.depth > tolerance) & (rays.along > start.place + 0.15) & (rays.along < end.place - 0.15)
+    hidden = [
+        edge.frame == 0.0 and not _recessed_frame(distance[rows], rays.depth[rows], thickness=wall.thickness, closed=closed)
+        for edge, distance, rows in (
+            (start, rays.along - start.place, level),
+            (end, end.place - rays.along, level),
+            (top, top.place - rays.up, across),
+        )
+    ]
+    return (
+        max(start.place - frame * hidden[0], 0.0),
+        min(end.place + frame * hidden[1], wall.length),
+        min(top.place + frame * hidden[2], wall.height),
+    )
+
+
+def _recessed_frame(distance: NDArray, depth: NDArray, *, thickness: float, closed: bool) -> bool:
+    """True where rays into the strip next to an edge end on a plane that stands in the hole, before the leaf."""
+    strip = (distance > 0.005) & (distance < 0.035)
+    if strip.sum() < 10:
+        return False
+    middle = float(np.median(depth[strip]))
+    on_plane = float(np.mean(np.abs(depth[strip] - middle) < LEAF_SPREAD))
+    if middle > thickness - 0.02 or on_plane < 0.6:
+        return False
+    if not closed:
+        return True
+    leaf = (distance > 0.12) & (distance < 0.35)
+    return bool(leaf.any()) and float(np.median(depth[leaf])) > middle + 0.015

@@ -1,0 +1,153 @@
+"""The picture of a wall, along x up: where its faces were hit, where rays went in and through, what stood before it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.wall_rays import WallBox, WallRays
+
+Floats = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+FACE_REACH = 0.10  # metres: hits farther from the mean place of a face tell nothing about where it is
+DRIFT_PERIOD = 2.0  # seconds: the error of a walking scanner's position changes more slowly
+ENOUGH_HITS = 40  # to place a face for one period
+BEYOND = 0.10  # metres behind the farther face: a ray that ends there went through
+STEEP = 0.20  # cosine: rays closer to the face than this do not tell where they met it
+QUANTUM = 2.0**-14  # metres: sums of multiples of it are exact in any order
+POINTS_PER_CELL = 6.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WallPicture:
+    """Counts per cell, row 0 at the foot of the wall, column 0 at the first end of its axis.
+
+    Parameters
+    ----------
+    cell : float
+        Side of a cell, metres.
+    face : (rows, columns) int64
+        Hits on the faces.
+    entered : (rows, columns) int64
+        Rays that ended behind the face they came to, counted where they met it.
+    through : (rows, columns) int64
+        Those of them that ended behind the other face as well.
+    front : (rows, columns) int64
+        Points in front of the faces.
+    """
+
+    cell: float
+    face: Counts
+    entered: Counts
+    through: Counts
+    front: Counts
+
+
+def face_scatter(rays: WallRays) -> tuple[WallRays, float]:
+    """Rays with depths from where each face was at that time, and the scatter of the hits on the faces.
+
+    A walking scanner's positions drift by centimetres, and a reconstructed face is off by a few millimetres; both are
+    estimated for every face and period from the hits themselves.
+
+    Parameters
+    ----------
+    rays : WallRays
+        Rays at one wall.
+
+    Returns
+    -------
+    rays : WallRays
+        The same rays with corrected `depth`.
+    scatter : float
+        Robust standard deviation of the hits, metres.
+    """
+    depth = np.round(rays.depth.astype(np.float64) / QUANTUM) * QUANTUM
+    left_over = []
+    for side in (1, -1):
+        rows = np.flatnonzero((rays.side == side) & (np.abs(depth) < FACE_REACH) & (rays.slant > STEEP))
+        if not len(rows):
+            continue
+        place = _mode(depth[rows])
+        rows = rows[np.abs(depth[rows] - place) < FACE_REACH / 2]
+        period = np.floor(rays.time[rows] / DRIFT_PERIOD)
+        order = np.lexsort((depth[rows], period))
+        names, first, count = np.unique(period[order], return_index=True, return_counts=True)
+        medians = depth[rows][order][first + count // 2]
+        enough = count >= ENOUGH_HITS
+        here = rays.side == side
+        if enough.any():
+            depth[here] -= np.interp(np.floor(rays.time[here] / DRIFT_PERIOD), names[enough], medians[enough])
+        else:
+            depth[here] -= place
+        left_over.append(depth[rows])
+    hits = np.concatenate(left_over) if left_over else np.zeros(0)
+    scatter = 1.4826 * float(np.median(np.abs(hits))) if len(hits) else 0.0
+    return replace(rays, depth=depth.astype(np.float32)), scatter
+
+
+def _mode(values: Floats) -> float:
+    """Centre of the 2 cm interval that holds most values."""
+    ordered = np.sort(values)
+    count = np.searchsorted(ordered, ordered + 0.02, side="right") - np.arange(len(ordered))
+    best = int(np.argmax(count))
+    return float(ordered[best + count[best] // 2])
+
+
+def cell_size(wall: WallBox, rays: int, *, smallest: float = 0.02, largest: float = 0.06) -> float:
+    """Side of the cells of a wall's picture that hold a few rays each, metres.
+
+    Parameters
+    ----------
+    wall : WallBox
+        Wall.
+    rays : int
+        Rays that came to it.
+    smallest, largest : float
+        Bounds, metres: finer than edges are sharp, and too coarse for a door frame.
+    """
+    return float(np.clip(np.sqrt(POINTS_PER_CELL * wall.length * wall.height / max(rays, 1)), smallest, largest))
+
+
+def draw_picture(
+    wall: WallBox, rays: WallRays, *, tolerance: float, through_depth: float, cell: float, before: tuple[Floats, Floats] | None = None
+) -> WallPicture:
+    """Picture of one wall.
+
+    Parameters
+    ----------
+    wall : WallBox
+        Wall.
+    rays : WallRays
+        Rays that came to it, with corrected depths.
+    tolerance : float
+        Hits closer than this to a face are on it, metres.
+    through_depth : float
+        Rays that ended this far behind the nearer face went through the wall, metres.
+    cell : float
+        Side of a cell, metres.
+    before : ((m,), (m,)) float64, optional
+        Along and up of the points in front of the wall, metres.
+    """
+    shape = max(int(np.ceil(wall.height / cell)), 1), max(int(np.ceil(wall.length / cell)), 1)
+    on_face = np.abs(rays.depth) <= tolerance
+    went_in = (rays.depth > tolerance) & (rays.slant > STEEP)
+    through = went_in & (rays.depth > through_depth)
+    nothing = np.zeros(0)
+    ahead = before if before is not None else (nothing, nothing)
+    return WallPicture(
+        cell,
+        face=_count(rays.along_end[on_face], rays.up_end[on_face], cell, shape),
+        entered=_count(rays.along[went_in], rays.up[went_in], cell, shape),
+        through=_count(rays.along[through], rays.up[through], cell, shape),
+        front=_count(ahead[0], ahead[1], cell, shape),
+    )
+
+
+def _count(along: NDArray, up: NDArray, cell: float, shape: tuple[int, int]) -> Counts:
+    column, row = np.floor(along / cell).astype(np.int64), np.floor(up / cell).astype(np.int64)
+    inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
+    counts: Counts = np.bincount(row[inside] * shape[1] + column[inside], minlength=shape[0] * shape[1]).reshape(shape)
+    return counts
