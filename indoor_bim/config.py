@@ -18,31 +18,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from indoor_bim.errors import ConfigError
-from indoor_bim.params import Params
-
-Stages = Mapping[str, Mapping[str, Any]]
-
-PRESETS: Mapping[str, Stages] = MappingProxyType(
-    {
-        "slope-room": {
-            "slope": {
-                "grid_count": 200,
-                "gror_radius": 0.01,
-                "gror_neighbours": 10,
-                "magnification": 100,
-                "merge_gap": 10,
-                "corner_gap": 40,
-            }
-        },
-        "slope-floor": {
-            "slope": {"grid_count": 600, "gror_radius": 0.03, "gror_neighbours": 10, "magnification": 10, "merge_gap": 5, "corner_gap": 8}
-        },
-        "slope-rooms": {
-            "slope": {"grid_count": 300, "gror_radius": 0.03, "gror_neighbours": 10, "magnification": 10, "merge_gap": 15, "corner_gap": 5}
-        },
-    }
-)
-"""Hand-set values of the three published scenes (Remote Sensing 2021, 13, 4930): a room, a floor of a school, several rooms."""
+from indoor_bim.params import PRESETS, Params
 
 _METRES = MappingProxyType({"mm": 0.001, "cm": 0.01, "dm": 0.1, "m": 1.0, "ft": 0.3048, "in": 0.0254})
 _QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d]+|°|%)\s*$")
@@ -59,7 +35,7 @@ def load_params(config: Path | str | None = None, sets: Sequence[str] = (), pres
     sets : sequence of str
         Settings ``stage.name=value``; they win over the file.
     preset : str, optional
-        One of `PRESETS`; the file and the settings win over it.
+        One of `indoor_bim.params.PRESETS`; the file and the settings win over it.
 
     Raises
     ------
@@ -78,7 +54,7 @@ def load_params(config: Path | str | None = None, sets: Sequence[str] = (), pres
     if preset is not None:
         if preset not in PRESETS:
             raise ConfigError(f"no preset {preset!r}{_nearest(preset, PRESETS)}; there are {', '.join(PRESETS)}")
-        layers.append((f"preset {preset}", PRESETS[preset]))
+        layers.append((f"preset {preset}", {"slope": PRESETS[preset].model_dump(exclude_unset=True)}))
     if config is not None:
         layers.append((str(config), _read_toml(Path(config))))
     layers.extend(("--set", _setting(text)) for text in sets)
@@ -116,7 +92,7 @@ def to_toml(params: Params, *, header: Sequence[str] = (), derived: Mapping[str,
 
     Examples
     --------
-    >>> from indoor_bim.params import Params
+    >>> from indoor_bim.params import PRESETS, Params
     >>> print(to_toml(Params(), header=["defaults"]).splitlines()[0])
     # defaults
     """

@@ -44,7 +44,7 @@ class SlopeParams(Stage):
         None,
         ge=1,
         le=100000,
-        description="Neighbours that a point needs within the radius (n_GROR), counted on all points; none: from the height, on evenly thinned points.",
+        description="Neighbours that a point needs within the radius (n_GROR), counted on all points; none: from the height, on thinned points.",
     )
     magnification: float | None = Field(
         None, gt=0, le=1000, description="Pixels per metre of the wall image (n_moc); none: from the point spacing."
@@ -121,7 +121,7 @@ class Params(Stage):
     walls: WallParams = WallParams()
 
 
-_PRESETS = {
+PRESETS = {
     "paper-room": SlopeParams(
         grid_count=200,
         gror_radius=0.01,
@@ -177,6 +177,6 @@ def preset(name: str) -> Params:
     >>> preset("paper-room").slope.magnification
     100.0
     """
-    if name not in _PRESETS:
-        raise ConfigError(f"no preset is called {name!r}; expected one of {', '.join(_PRESETS)}")
-    return Params(slope=_PRESETS[name])
+    if name not in PRESETS:
+        raise ConfigError(f"no preset is called {name!r}; expected one of {', '.join(PRESETS)}")
+    return Params(slope=PRESETS[name])

@@ -70,7 +70,7 @@ def test_config_prints_what_it_reads_back(capsys: Captured, tmp_path: Path) -> N
     file = tmp_path / "p.toml"
     file.write_text(capsys.readouterr().out)
     assert load_params(file) == Params()
-    assert main(["config", "--config", str(file), "--preset", "slope-room", "--set", "walls.max_thickness=0.5"]) == 0
+    assert main(["config", "--config", str(file), "--preset", "paper-room", "--set", "walls.max_thickness=0.5"]) == 0
     printed = tomllib.loads(capsys.readouterr().out)
     assert (printed["slope"]["magnification"], printed["walls"]["max_thickness"]) == (100.0, 0.5)
 

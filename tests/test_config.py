@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from indoor_bim.config import PRESETS, describe, load_params, parameter_table, to_toml
+from indoor_bim.config import describe, load_params, parameter_table, to_toml
 from indoor_bim.errors import ConfigError
-from indoor_bim.params import Params
+from indoor_bim.params import PRESETS, Params, preset
 
 FIELDS = [(stage, name, field) for stage, model in Params() for name, field in type(model).model_fields.items()]
 
@@ -31,15 +31,13 @@ def test_no_source_gives_the_defaults() -> None:
 def test_settings_win_over_file_and_file_over_preset(tmp_path: Path) -> None:
     file = tmp_path / "p.toml"
     file.write_text("[slope]\ngror_radius = 0.02\ncorner_gap = 7\n")
-    params = load_params(file, ["slope.corner_gap=9"], preset="slope-room")
+    params = load_params(file, ["slope.corner_gap=9"], preset="paper-room")
     assert (params.slope.gror_radius, params.slope.corner_gap, params.slope.grid_count) == (0.02, 9.0, 200)
 
 
 @pytest.mark.parametrize("name", PRESETS)
-def test_presets_are_valid_and_complete(name: str) -> None:
-    slope = load_params(preset=name).slope
-    for key in ("grid_count", "gror_radius", "gror_neighbours", "magnification", "merge_gap", "corner_gap"):
-        assert getattr(slope, key) == PRESETS[name]["slope"][key]
+def test_presets_are_those_of_the_parameters(name: str) -> None:
+    assert load_params(preset=name) == preset(name)
 
 
 @pytest.mark.parametrize("name", [None, *PRESETS])
@@ -78,7 +76,7 @@ def test_unknown_names_name_the_nearest(tmp_path: Path) -> None:
     file.write_text("[slope]\ngror_radus = 0.1\n")
     assert message(config=file) == f"slope.gror_radus: no such parameter in {file}; did you mean slope.gror_radius?"
     assert message(sets=["slop.gror_radius=0.1"]).startswith("slop: no such stage in --set; did you mean slope?; there are read, slope")
-    assert message(preset="slope-rom").startswith("no preset 'slope-rom'; did you mean slope-room?; there are slope-room, ")
+    assert message(preset="paper-rom").startswith("no preset 'paper-rom'; did you mean paper-room?; there are paper-room, ")
 
 
 @pytest.mark.parametrize(

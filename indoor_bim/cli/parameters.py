@@ -26,7 +26,7 @@ Preset = Annotated[
     typer.Option(
         "--preset",
         metavar="NAME",
-        help="Hand-set values of a published scene: slope-room, slope-floor, slope-rooms.",
+        help="Hand-set values of a published scene: paper-room, paper-floor, paper-rooms.",
         rich_help_panel="Parameters",
     ),
 ]
