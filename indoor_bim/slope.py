@@ -196,7 +196,7 @@ def free_space(levelled: LevelledCloud, *, cell: float | None = None) -> Raster:
     levelled : LevelledCloud
         Cloud split into floor, ceiling and walls.
     cell : float, optional
-        Side of a pixel, metres; None: twice the point spacing, at least 3 cm.
+        Side of a pixel, metres; None: slightly more than the point spacing, at least 3 cm.
 
     Returns
     -------
@@ -208,6 +208,6 @@ def free_space(levelled: LevelledCloud, *, cell: float | None = None) -> Raster:
         return Raster(np.zeros((1, 1), dtype=bool), np.zeros(2), 0.03)
     if cell is None:
         spacing = point_spacing(levelled.points[levelled.part != WALL])
-        cell = max(0.03, 2 * spacing) if np.isfinite(spacing) else 0.03
+        cell = max(0.03, 1.1 * spacing) if np.isfinite(spacing) else 0.03
     raster = wall_image(seen, magnification=1 / cell)
     return replace(raster, image=raster.image | remove_burrs(raster.image))
