@@ -44,7 +44,7 @@ class SlopeParams(Stage):
         None,
         ge=1,
         le=100000,
-        description="Neighbours that a point needs within the radius (n_GROR), counted on all points; none: from the height, on thinned points.",
+        description="Neighbours that a point needs within the radius (n_GROR), of all points; none: from the height, on thinned points.",
     )
     magnification: float | None = Field(
         None, gt=0, le=1000, description="Pixels per metre of the wall image (n_moc); none: from the point spacing."
