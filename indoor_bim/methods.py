@@ -70,14 +70,7 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         levelled = level_by_pca(cloud, grid_count=chosen.grid_count)
         keep(levelled)
     with stages("lines") as keep:
-        lines = slope_stages(
-            levelled,
-            gror_radius=chosen.gror_radius,
-            gror_neighbours=chosen.gror_neighbours,
-            magnification=chosen.magnification,
-            merge_gap=chosen.merge_gap,
-            corner_gap=chosen.corner_gap,
-        )
+        lines = slope_stages(levelled, **chosen.model_dump(exclude={"grid_count"}))
         keep(lines)
     level = levelled.storeys[0]
     faces = lines.segments

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from indoor_bim.errors import ConfigError, NothingToReconstructError
+from indoor_bim.identity import with_guids
 from indoor_bim.methods import METHODS, Reconstruction
 from indoor_bim.model import Building
 from indoor_bim.params import Params
@@ -111,7 +112,7 @@ def reconstruct(
     try:
         found = METHODS[method](cloud, params, stages)
     except NothingToReconstructError as error:
-        failure = error
+        failure = NothingToReconstructError(f"{cloud.source}: {str(error).removeprefix(f'{cloud.source}: ')}")
     building = _building(cloud, found, method=method, failure=failure)
     if failure is None and not any(storey.walls for storey in building.storeys):
         failure = NothingToReconstructError(f"{cloud.source}: found no wall; expected the scan of a building from inside.")
@@ -129,7 +130,7 @@ def reconstruct(
 def _building(cloud: Cloud, found: Reconstruction, *, method: str, failure: NothingToReconstructError | None) -> Building:
     """Building model of what a method found."""
     warnings = [*cloud.warnings, *found.warnings, *([str(failure)] if failure else [])]
-    return Building(
+    building = Building(
         name=Path(cloud.source).stem or "Building",
         storeys=() if failure else found.storeys,
         transform_cloud_to_model=found.frame.rows(),
@@ -138,3 +139,4 @@ def _building(cloud: Cloud, found: Reconstruction, *, method: str, failure: Noth
         method=method,
         warnings=tuple(dict.fromkeys(warnings)),
     )
+    return with_guids(building)

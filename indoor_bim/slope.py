@@ -16,6 +16,7 @@ from indoor_bim.plan.facing import orient_by_free_space
 from indoor_bim.plan.heights import line_heights
 from indoor_bim.plan.image import remove_burrs, thicken, wall_image
 from indoor_bim.plan.line_placement import place_on_points
+from indoor_bim.plan.pixel_size import connected_pixel
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.skeleton import pixel_slopes, remove_faults, thin_to_skeleton
@@ -26,6 +27,8 @@ Points = NDArray[np.float64]
 
 FINEST_PIXEL = 0.015
 """Side of the smallest pixel, metres."""
+PIXELS = (FINEST_PIXEL, 0.02, 0.03, 0.04, 0.06, 0.08, 0.10, 0.12)
+"""Sides of pixels to choose from, metres."""
 LAYER = 0.05
 """Height of the boxes that wall points are thinned to, metres."""
 COLUMN_SHARE = 0.06
@@ -87,7 +90,7 @@ def slope_stages(
         boxes of a pixel by `LAYER` first, so that near and far walls count alike, and a point needs `COLUMN_SHARE` of the
         neighbours that it would have in a wall seen from floor to ceiling.
     magnification : float, optional
-        Pixels per metre of the wall image (n_moc); None: 1.5 cm pixels, larger ones for points more than 4 cm apart.
+        Pixels per metre of the wall image (n_moc); None: the finest of `PIXELS` at which walls are unbroken lines.
     min_pixels : int, optional
         Lines of fewer pixels are dropped before lines are merged; None: 10 cm, at least 3 pixels.
     merge_gap : float, optional
@@ -111,7 +114,7 @@ def slope_stages(
     """
     between, low, height = _points_between(levelled)
     spacing = point_spacing(between)
-    magnification = 1 / max(FINEST_PIXEL, 0.4 * spacing) if magnification is None else magnification
+    magnification = 1 / connected_pixel(between, sizes=PIXELS) if magnification is None else magnification
     pixel = 1 / magnification
     gror_radius = 1.5 * pixel if gror_radius is None else gror_radius
     walls = between

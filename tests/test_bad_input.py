@@ -191,7 +191,7 @@ def test_nothing_to_reconstruct(make: Callable[[], Points], tmp_path: Path, caps
     assert stderr.startswith("error: ")
     assert "scan.laz" in stderr
     assert "Traceback" not in stderr
-    assert sorted(path.name for path in out.iterdir()) == ["model.ifc", "model.json", "model.obj", "params.toml", "plan.svg"]
+    assert sorted(path.name for path in out.iterdir()) == ["model.ifc", "model.json", "model.mtl", "model.obj", "params.toml", "plan.svg"]
     building = read_json(out / "model.json")
     assert not building.storeys
     assert f"error: {building.warnings[-1]}" == stderr.strip()

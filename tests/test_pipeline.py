@@ -68,11 +68,11 @@ def test_outputs_are_complete_and_repeat_to_the_byte(scan, tmp_path):
 def test_a_scan_without_walls_leaves_files_that_say_why(tmp_path):
     points = rooms_cloud(FLAT[0])
     flat = points[(points[:, 2] == 0) | (points[:, 2] == 2.5)]
-    with pytest.raises(NothingToReconstructError, match="expected an indoor scan"):
+    with pytest.raises(NothingToReconstructError, match="expected walls"):
         reconstruct(flat, tmp_path / "out", method="slope")
     model = json.loads((tmp_path / "out" / "model.json").read_text())
     assert model["storeys"] == []
-    assert "expected an indoor scan" in model["warnings"][0]
+    assert "expected walls" in model["warnings"][0]
     assert {path.name for path in (tmp_path / "out").iterdir()} >= {"model.ifc", "model.obj", "plan.svg", "params.toml"}
 
 

@@ -220,7 +220,7 @@ def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: st
     points = raw.points
     finite: slice | NDArray[np.bool_] = slice(None)
     low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
-    if not np.isfinite(high - low).all():
+    if not (np.isfinite(low).all() and np.isfinite(high).all()):
         finite = np.logical_and.reduce(np.isfinite(points), axis=1)
         dropped = len(points) - len(points[finite])
         warnings.append(f"{dropped:,} of {len(points):,} points have coordinates that are not finite; they were left out")

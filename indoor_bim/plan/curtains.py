@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from indoor_bim.plan.segments import Segments
+
+Floats = NDArray[np.float64]
 
 PARALLEL_COS = np.cos(np.radians(5.0))
 END_SLACK = 0.20  # metres that a curtain's end and the wall's visible end differ by at most
@@ -22,7 +25,7 @@ def draw_curtains(faces: Segments, *, depth: float = 0.15, offset_tolerance: flo
     Parameters
     ----------
     faces : Segments
-        Sided faces, metres.
+        Faces, metres. A curtain need not be sided, the wall behind it must be.
     depth : float
         Largest distance of a curtain from the wall, metres.
     offset_tolerance : float
@@ -46,28 +49,33 @@ def draw_curtains(faces: Segments, *, depth: float = 0.15, offset_tolerance: flo
 
 def _wall_behind(faces: Segments, c: int, *, depth: float, offset_tolerance: float) -> tuple[int, int] | None:
     """Rows of the visible wall before the start and after the end of a curtain."""
-    if not faces.sided[c]:
-        return None
-    d, n, p = faces.direction[c], faces.normal[c], faces.p[c]
+    ways = [(faces.p[c], faces.direction[c])] + ([] if faces.sided[c] else [(faces.q[c], -faces.direction[c])])
+    found = (_neighbours(faces, p, d, float(faces.length[c]), depth=depth, offset_tolerance=offset_tolerance) for p, d in ways)
+    return next((rows for rows in found if rows is not None), None)
+
+
+def _neighbours(faces: Segments, p: Floats, d: Floats, length: float, *, depth: float, offset_tolerance: float) -> tuple[int, int] | None:
+    """Rows of the faces that go on before and after the curtain that starts in `p` and runs along `d`."""
+    n = np.array([-d[1], d[0]])
     behind = -((faces.p + faces.q) / 2 - p) @ n
     usable = faces.sided & (faces.direction @ d > PARALLEL_COS) & (behind > offset_tolerance) & (behind <= depth)
     start, end = (faces.p - p) @ d, (faces.q - p) @ d
-    before = np.flatnonzero(usable & (end < END_SLACK) & (end > -END_SLACK - (1 / LEAST_COVER - 1) * faces.length[c]))
-    after = np.flatnonzero(usable & (start > faces.length[c] - END_SLACK) & (start < END_SLACK + faces.length[c] / LEAST_COVER))
+    before = np.flatnonzero(usable & (end < END_SLACK) & (end > -END_SLACK - (1 / LEAST_COVER - 1) * length))
+    after = np.flatnonzero(usable & (start > length - END_SLACK) & (start < END_SLACK + length / LEAST_COVER))
     best: tuple[float, int, int] | None = None
     for a in before:
         for b in after:
             gap = float(start[b] - end[a])
             in_line = abs((faces.p[b] - faces.q[a]) @ faces.normal[a]) <= offset_tolerance
-            if in_line and gap > 0 and LEAST_COVER * gap <= faces.length[c] and (best is None or gap < best[0]):
+            if in_line and gap > 0 and LEAST_COVER * gap <= length and (best is None or gap < best[0]):
                 best = (gap, int(a), int(b))
     return None if best is None else best[1:]
 
 
 def _replaced(faces: Segments, c: int, a: int, b: int) -> Segments:
     """Faces with the curtain's row moved back to close the gap between its neighbours."""
-    p, q = faces.p.copy(), faces.q.copy()
+    p, q, sided = faces.p.copy(), faces.q.copy(), faces.sided.copy()
     support, rmse, coverage = faces.support.copy(), faces.rmse.copy(), faces.coverage.copy()
-    p[c], q[c] = faces.q[a], faces.p[b]
+    p[c], q[c], sided[c] = faces.q[a], faces.p[b], True
     support[c], rmse[c], coverage[c] = 0, np.nan, 0.0
-    return replace(faces, p=p, q=q, support=support, rmse=rmse, coverage=coverage)
+    return replace(faces, p=p, q=q, sided=sided, support=support, rmse=rmse, coverage=coverage)
