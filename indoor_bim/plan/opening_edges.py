@@ -13,9 +13,12 @@ from indoor_bim.plan.wall_rays import WallRays
 Floats = NDArray[np.float64]
 
 WINDOW = 0.25  # metres on either side of an edge that is looked at
-NARROWEST_FRAME, WIDEST_FRAME = 0.02, 0.10  # metres: face width of door and window frames
+NARROWEST_FRAME, WIDEST_FRAME = 0.02, 0.08  # metres: face width of door and window frames
 FRAME_STEP = 0.004  # metres: smallest step in depth between a frame and a face that counts
 SURE = 6.0  # times the standard error
+LEAST_FACE = 0.05  # metres of face beyond a frame that show it to be one
+AGREEMENT = 0.02  # metres between the views of an edge from either side
+REVEAL_SHARE = 0.3  # of the tolerance
 ENOUGH = 10  # hits or rays on either side
 
 
@@ -27,16 +30,21 @@ class Traces:
     ----------
     face_along, face_up, face_depth, face_side : (n,) float64
         Hits on the faces, their depth and side.
-    open_along, open_up : (m,) float64
-        Where the others met the faces.
+    face_clear : (n,) bool
+        False for hits so far behind a face that they may lie on a reveal.
+    open_along, open_up, open_depth, open_side : (m,) float64
+        Where the others met a face, how far behind it they ended, and its side.
     """
 
     face_along: Floats
     face_up: Floats
     face_depth: Floats
     face_side: Floats
+    face_clear: NDArray[np.bool_]
     open_along: Floats
     open_up: Floats
+    open_depth: Floats
+    open_side: Floats
 
 
 def traces(rays: WallRays, *, tolerance: float, through_depth: float, both_faces: bool, steep: float = 0.2) -> Traces:
@@ -58,13 +66,17 @@ def traces(rays: WallRays, *, tolerance: float, through_depth: float, both_faces
     face = np.abs(rays.depth) <= tolerance
     went_in = (rays.depth > tolerance) & (rays.slant > steep)
     through = went_in & (rays.depth > through_depth) & both_faces
+    none = np.full(int(through.sum()), np.inf)
     return Traces(
         face_along=rays.along_end[face].astype(np.float64),
         face_up=rays.up_end[face].astype(np.float64),
         face_depth=rays.depth[face].astype(np.float64),
         face_side=rays.side[face].astype(np.float64),
+        face_clear=rays.depth[face] <= REVEAL_SHARE * tolerance,
         open_along=np.concatenate([rays.along[went_in], rays.along_far[through]]).astype(np.float64),
         open_up=np.concatenate([rays.up[went_in], rays.up_far[through]]).astype(np.float64),
+        open_depth=np.concatenate([rays.depth[went_in].astype(np.float64), none]),
+        open_side=np.concatenate([rays.side[went_in], -rays.side[through]]).astype(np.float64),
     )
 
 
@@ -112,22 +124,40 @@ def place_edges(hole: Hole, where: Traces) -> dict[str, Edge]:
 
 
 def _edge(place: float, outward: int, band: tuple[float, float], where: Traces, *, upright: bool) -> Edge:
-    """One edge; distances are counted outward from its rough place."""
+    """One edge as each side shows it: their mean, or the outer one where something stands before the other."""
     face_across, face_along = (where.face_up, where.face_along) if upright else (where.face_along, where.face_up)
     open_across, open_along = (where.open_up, where.open_along) if upright else (where.open_along, where.open_up)
     near = (face_across > band[0]) & (face_across < band[1]) & (np.abs(face_along - place) < WINDOW)
     inside = (open_across > band[0]) & (open_across < band[1]) & (np.abs(open_along - place) < WINDOW)
-    face = (face_along[near] - place) * outward
-    hole = (open_along[inside] - place) * outward
-    if len(face) < ENOUGH or len(hole) < ENOUGH:
-        return Edge(place, False, 0.0)
-    split = fewest_wrong(hole, face)
-    beyond = face > split
-    frame = 0.0
+    views = []
     for side in (1.0, -1.0):
-        rows = beyond & (where.face_side[near] == side)
-        frame = max(frame, frame_width(face[rows] - split, where.face_depth[near][rows]))
-    return Edge(place + outward * (split + frame), bool(beyond.sum() >= ENOUGH), frame)
+        mine, entered = near & (where.face_side == side), inside & (where.open_side == side)
+        view = _edge_from(
+            (face_along[mine] - place) * outward,
+            where.face_depth[mine],
+            where.face_clear[mine],
+            (open_along[entered] - place) * outward,
+        )
+        if view is not None:
+            views.append(view)
+    if not views:
+        return Edge(place, False, 0.0)
+    views.sort(reverse=True)
+    agreeing = [view for view in views if view[0] > views[0][0] - AGREEMENT]
+    split = float(np.mean([view[0] for view in agreeing]))
+    return Edge(place + outward * split, True, max(view[1] for view in agreeing))
+
+
+def _edge_from(face: Floats, depth: Floats, clear: NDArray[np.bool_], hole: Floats) -> tuple[float, float] | None:
+    """Place of an edge, with its frame, and the width of that frame, as one side shows them; distances outward."""
+    if clear.sum() < ENOUGH or len(hole) < ENOUGH:
+        return None
+    split = fewest_wrong(hole, face[clear])
+    beyond = face > split
+    if beyond.sum() < ENOUGH:
+        return None
+    frame = frame_width(face[beyond] - split, depth[beyond])
+    return split + frame, frame
 
 
 def fewest_wrong(inside: Floats, outside: Floats) -> float:
@@ -174,7 +204,8 @@ def frame_width(distance: Floats, depth: Floats) -> float:
     x, y = x[keep], y[keep]
     count = np.arange(1, len(x))
     width = (x[:-1] + x[1:]) / 2
-    possible = (width >= NARROWEST_FRAME) & (width <= WIDEST_FRAME) & (count >= ENOUGH) & (len(x) - count >= ENOUGH)
+    possible = (width >= NARROWEST_FRAME) & (width <= min(WIDEST_FRAME, x[-1] - LEAST_FACE)) if len(x) else np.zeros(0, dtype=bool)
+    possible &= (count >= ENOUGH) & (len(x) - count >= ENOUGH)
     if not possible.any():
         return 0.0
     total, square = np.cumsum(y), np.cumsum(y**2)

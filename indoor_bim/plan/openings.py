@@ -23,6 +23,14 @@ THROUGH_SHARE = 0.04  # of the rays into a hole: fewer than these through it are
 GLASS_DENSITY = 0.4  # of the hits on the wall around: panes return fewer rays than that, the back of a niche all
 WALKED_MARGIN = 0.10  # metres
 LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
+FEW = 3  # rays
+HIDING_COLUMN = 0.05  # metres along a wall
+CLEAR_REACH = 0.4  # metres next to an edge where rays through a door tell its clear passage
+NARROWEST_FRAME = 0.045  # metres: width of a frame, less what rays at an angle leave out
+OUTWARD = {"start": -1, "end": 1, "top": 1}
+STRAY_RAYS = 5
+SMALLEST_STEP = 0.015  # metres between the front of a frame and the leaf in it
+LEAF_BAND = 0.2  # metres from the other edges of a door: where one of them is looked at
 ONE_LEAF = 1.35  # metres: no single leaf is wider
 
 Kind = Literal["door", "window", "opening"]
@@ -114,7 +122,7 @@ def name_opening(
     edges = place_edges(hole, where)
     start, end = max(edges["start"].place, 0.0), min(edges["end"].place, wall.length)
     top = min(edges["top"].place, wall.height)
-    to_floor = _reaches_floor(hole, edges["bottom"], where)
+    to_floor = _reaches_floor(hole, edges["bottom"], where, around, thickness=wall.thickness)
     bottom = 0.0 if to_floor else max(edges["bottom"].place, 0.0)
     to_ceiling = wall.height - top < CEILING_GAP
     inside = (rays.depth > tolerance) & (rays.along > start) & (rays.along < end) & (rays.up > bottom) & (rays.up < top)
@@ -142,7 +150,8 @@ def name_opening(
             return None
         kind = "window"
     if kind == "door" and (leaves or closed):
-        start, end, top = _with_frame(edges, rays, tolerance=tolerance, frame=frame, wall=wall, closed=closed)
+        framed = _with_frame(edges, rays, tolerance=tolerance, through_depth=through_depth, closed=closed, frame=frame)
+        start, end, top = max(framed["start"], 0.0), min(framed["end"], wall.length), min(framed["top"], wall.height)
     seen = [edges["start"].seen, edges["end"].seen, edges["top"].seen or to_ceiling, edges["bottom"].seen or to_floor]
     seen_share = float(np.mean(seen))
     proof = 1.0 if was_walked else 0.9 if is_through else 0.7
@@ -158,18 +167,23 @@ def leaf_count(found: FoundOpening) -> int:
     return 2 if len(found.leaves) == 2 or found.end - found.start > ONE_LEAF else 1
 
 
-def _reaches_floor(hole: Hole, bottom: Edge, where: Traces) -> bool:
-    """True where no wall was hit below the hole."""
+def _reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
+    """True where below the hole rays went in rather than hit a face; where neither is seen, unless something hides it."""
     if hole.bottom < THRESHOLD:
         return True
     inset = min(0.1, hole.width / 4)
-    below = (where.face_up > LOWEST_HIT) & (where.face_up < hole.bottom - 0.05)
-    below &= (where.face_along > hole.start + inset) & (where.face_along < hole.end - inset)
-    beside = (where.face_up > LOWEST_HIT) & (where.face_up < hole.bottom - 0.05)
-    beside &= (np.abs(where.face_along - (hole.start + hole.end) / 2) < hole.width) & ~(
-        (where.face_along > hole.start - inset) & (where.face_along < hole.end + inset)
-    )
-    return int(below.sum()) < 0.2 * max(int(beside.sum()), 10)
+    start, end, low, high = hole.start + inset, hole.end - inset, LOWEST_HIT, min(bottom.place, hole.bottom) - 0.03
+
+    def below(along: Floats, up: Floats) -> NDArray[np.bool_]:
+        return (along > start) & (along < end) & (up > low) & (up < high)
+
+    hits = int(below(where.face_along, where.face_up).sum())
+    entered = int(below(where.open_along, where.open_up).sum())
+    if hits + entered >= FEW:
+        return hits <= entered
+    before = below(around[0], around[2]) & (np.abs(around[1]) > thickness / 2 + LEAF_SPREAD)
+    columns = np.unique(np.floor((around[0][before] - start) / HIDING_COLUMN))
+    return len(columns) * HIDING_COLUMN < (end - start) / 2
 
 
 def _is_leaf(depth: NDArray, wall: WallBox) -> bool:
@@ -190,37 +204,40 @@ def _is_glass(hole: Hole, rays: WallRays, where: Traces, inside: NDArray[np.bool
 
 
 def _with_frame(
-    edges: dict[str, Edge], rays: WallRays, *, tolerance: float, frame: float, wall: WallBox, closed: bool
-) -> tuple[float, float, float]:
-    """Start, end and top of a door with the frame that could not be told from the face."""
-    start, end, top = edges["start"], edges["end"], edges["top"]
-    level = (rays.depth > tolerance) & (rays.up > 0.3) & (rays.up < top.place - 0.3)
-    across = (rays.depth > tolerance) & (rays.along > start.place + 0.15) & (rays.along < end.place - 0.15)
-    hidden = [
-        edge.frame == 0.0 and not _recessed_frame(distance[rows], rays.depth[rows], thickness=wall.thickness, closed=closed)
-        for edge, distance, rows in (
-            (start, rays.along - start.place, level),
-            (end, end.place - rays.along, level),
-            (top, top.place - rays.up, across),
-        )
-    ]
-    return (
-        max(start.place - frame * hidden[0], 0.0),
-        min(end.place + frame * hidden[1], wall.length),
-        min(top.place + frame * hidden[2], wall.height),
-    )
+    edges: dict[str, Edge], rays: WallRays, *, tolerance: float, through_depth: float, closed: bool, frame: float
+) -> dict[str, float]:
+    """Start, end and top of a door with its frame.
+
+    Where the clear passage is narrower than the hole in the face, the frame stands in the hole and is part of it already. Otherwise
+    it was told from the face by its depth, or lies in the plane of the face and has the given width.
+    """
+    level = (rays.up > LEAF_BAND) & (rays.up < edges["top"].place - LEAF_BAND)
+    entered = level & (rays.depth > tolerance)
+    through = level & (rays.depth > through_depth)
+    middle = (rays.along + rays.along_far) / 2
+    hole = {name: edges[name].place - outward * edges[name].frame for name, outward in OUTWARD.items()}
+    inward = {name: (hole[name] - rays.along) * OUTWARD[name] for name in ("start", "end")}
+    if closed:
+        in_hole = any(_steps_back(inward[name][entered], rays.depth[entered]) for name in ("start", "end"))
+    else:
+        clear = [_clearance(((hole[name] - middle) * OUTWARD[name])[through]) for name in ("start", "end")]
+        in_hole = float(np.mean(clear)) > NARROWEST_FRAME
+    if in_hole:
+        return hole
+    told = [edges[name].frame for name in OUTWARD if edges[name].frame > 0]
+    usual = float(np.median(told)) if told else frame
+    return {name: hole[name] + outward * (edges[name].frame or usual) for name, outward in OUTWARD.items()}
 
 
-def _recessed_frame(distance: NDArray, depth: NDArray, *, thickness: float, closed: bool) -> bool:
-    """True where rays into the strip next to an edge end on a plane that stands in the hole, before the leaf."""
-    strip = (distance > 0.005) & (distance < 0.035)
-    if strip.sum() < 10:
+def _clearance(inward: NDArray) -> float:
+    """Distance from an edge at which rays begin to pass through a door; 0 where too few are seen."""
+    near = np.sort(inward[np.abs(inward) < CLEAR_REACH])
+    return float(near[max(STRAY_RAYS, len(near) // 100)]) if len(near) > 10 * STRAY_RAYS else 0.0
+
+
+def _steps_back(inward: NDArray, depth: NDArray) -> bool:
+    """True where the strip next to an edge stands before the leaf of a closed door."""
+    strip, leaf = depth[(inward > 0) & (inward < 0.04)], depth[(inward > 0.12) & (inward < CLEAR_REACH)]
+    if len(strip) < 10 or len(leaf) < 10:
         return False
-    middle = float(np.median(depth[strip]))
-    on_plane = float(np.mean(np.abs(depth[strip] - middle) < LEAF_SPREAD))
-    if middle > thickness - 0.02 or on_plane < 0.6:
-        return False
-    if not closed:
-        return True
-    leaf = (distance > 0.12) & (distance < 0.35)
-    return bool(leaf.any()) and float(np.median(depth[leaf])) > middle + 0.015
+    return float(np.median(leaf)) - float(np.median(strip)) > SMALLEST_STEP

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Self
@@ -203,7 +204,7 @@ def _rays_of_chunk(walls: Sequence[WallBox], points: Floats, sensors: Floats, ti
     key = key[order]
     p, s, t = points[order].astype(np.float32), sensors[order].astype(np.float32), time[order]
     bounds = np.searchsorted(key, np.arange(len(names) + 1) * (2 * TURN))
-    corners = np.array([[_extent(s[a:b, k]) for k in (0, 1)] for a, b in zip(bounds[:-1], bounds[1:], strict=True)])
+    corners = np.array([[_extent(s[a:b, k]) for k in (0, 1)] for a, b in itertools.pairwise(bounds)])
     for wall in walls:
         spans = _spans_towards(wall, corners.reshape(-1, 2, 2), key, bounds)
         yield _rays_of_wall(wall, p, s, t, spans)
