@@ -82,6 +82,7 @@ def build_storey(
                 rmse=round(float(walls.rmse[k]), DECIMALS) if np.isfinite(walls.rmse[k]) else None,
                 sides=2 if walls.measured[k] else 1,
             ),
+            seen="both" if walls.measured[k] else "left" if walls.seen_left[k] else "right",
         )
         for k in range(len(walls))
     )

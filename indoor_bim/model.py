@@ -31,6 +31,11 @@ Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="Metres."
 Level = Annotated[float, Field(allow_inf_nan=False, description="Height in model coordinates, metres.")]
 Share = Annotated[float, Field(ge=0, le=1, description="Share between 0 and 1.")]
 
+Guid = Annotated[
+    str | None,
+    Field(pattern=r"^[0-3][0-9A-Za-z_$]{21}$", description="GlobalId of the element in IFC; null: made of the scan's name and the identifier."),
+]
+
 ONLY_KNOWN_FIELDS = ConfigDict(extra="forbid")
 
 
@@ -94,6 +99,7 @@ class Opening:
     leaves: Annotated[int, Field(ge=0, le=2, description="Number of door leaves.")] = 1
     confidence: Share = 0.0
     evidence: Evidence = field(default_factory=Evidence)
+    guid: Guid = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +118,8 @@ class Wall:
     external: Annotated[bool | None, Field(description="True for a wall to the outside; null when not known.")] = None
     openings: tuple[Opening, ...] = ()
     evidence: Evidence = field(default_factory=Evidence)
+    seen: Annotated[Literal["both", "left", "right"] | None, Field(description="Faces that were seen, looking along the axis.")] = None
+    guid: Guid = None
 
     @property
     def length(self) -> float:
@@ -144,6 +152,7 @@ class Column:
     base: Level
     height: Length
     evidence: Evidence = field(default_factory=Evidence)
+    guid: Guid = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -158,6 +167,7 @@ class Room:
     height: Length
     walls: Annotated[tuple[str, ...], Field(description="Identifiers of the walls that bound the room.")] = ()
     evidence: Evidence = field(default_factory=Evidence)
+    guid: Guid = None
 
     @property
     def area(self) -> float:
@@ -177,6 +187,7 @@ class Slab:
     level: Annotated[float, Field(allow_inf_nan=False, description="Top of a floor, underside of a ceiling; metres.")]
     thickness: Length
     evidence: Evidence = field(default_factory=Evidence)
+    guid: Guid = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -259,7 +259,8 @@ def test_door_operation(hinge: str | None, swing: str | None, leaves: int, opera
     assert door_operation(door) == operation
     file = opened(with_storey(buildings.one_room(), lambda s: replace(s, walls=(replace(s.walls[0], openings=(door,)), *s.walls[1:]))))
     entity = file.by_type("IfcDoor")[0]
-    assert entity.OperationType == operation
+    assert entity.OperationType is None
+    assert ifcopenshell.util.element.get_type(entity).OperationType == operation
     placed = ifcopenshell.util.placement.get_local_placement(entity.ObjectPlacement)
     # the wall runs along x from x = -0.1: left is +y, and the leaf opens to the door's own +y
     assert placed[:3, 1] == pytest.approx((0, -1 if swing == "right" else 1, 0), abs=1e-9)
@@ -347,3 +348,48 @@ def test_a_file_that_cannot_be_written_leaves_nothing(tmp_path: Path) -> None:
     with pytest.raises(WriteError):
         write_ifc(buildings.one_room(), tmp_path / "missing" / "model.ifc")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("schema", SCHEMAS)
+def test_doors_and_windows_share_types_of_nominal_size(schema: str) -> None:
+    def openings(storey: Storey) -> Storey:
+        doors = (buildings.door("D1", 0.5, 0.91), buildings.door("D2", 2.0, 0.88), buildings.window("F1", 3.2, 1.21))
+        return replace(storey, walls=(replace(storey.walls[0], openings=doors), *storey.walls[1:]))
+
+    file = opened(with_storey(buildings.one_room(), openings), schema)
+    types = {door.Tag: ifcopenshell.util.element.get_type(door) for door in (*file.by_type("IfcDoor"), *file.by_type("IfcWindow"))}
+    assert {tag: type.Name for tag, type in types.items()} == {
+        "D1": "Door 900 x 2100 left",
+        "D2": "Door 900 x 2100 left",
+        "F1": "Window 1200 x 1200",
+    }
+    assert types["D1"] == types["D2"]
+    assert {door.OverallWidth for door in file.by_type("IfcDoor")} == {0.91, 0.88}
+
+
+def test_zones_are_rooms_that_doors_and_passages_join() -> None:
+    file = opened(buildings.four_rooms())
+    (zone,) = file.by_type("IfcZone")
+    assert len(zone.IsGroupedBy[0].RelatedObjects) == 4
+    assert not opened(buildings.one_room()).by_type("IfcZone")
+    file = opened(buildings.two_rooms())
+    (two,) = file.by_type("IfcZone")
+    assert [space.Name for space in two.IsGroupedBy[0].RelatedObjects] == ["R1", "R2"]
+
+
+def test_glass_is_clear_and_every_solid_has_a_colour() -> None:
+    file = opened(buildings.four_rooms())
+    solids = [item for shape in file.by_type("IfcShapeRepresentation") if shape.RepresentationIdentifier == "Body" for item in shape.Items]
+    openings = [opening.Representation.Representations[0].Items[0] for opening in file.by_type("IfcOpeningElement")]
+    painted = {styled.Item.id() for styled in file.by_type("IfcStyledItem")}
+    assert painted == {solid.id() for solid in solids} - {opening.id() for opening in openings}
+    window = file.by_type("IfcWindow")[0].Representation.Representations[0].Items
+    clear = [item.StyledByItem[0].Styles[0].Styles[0].Transparency for item in window]
+    assert max(clear) == pytest.approx(0.6)
+    assert min(clear) == 0
+
+
+def test_guids_of_the_model_are_kept() -> None:
+    guid = "0YvctVUKr0kugbFTf53O9L"
+    building = with_storey(buildings.one_room(), lambda s: replace(s, walls=(replace(s.walls[0], guid=guid), *s.walls[1:])))
+    assert opened(building).by_guid(guid).Tag == building.storeys[0].walls[0].id

@@ -8,6 +8,7 @@ from indoor_bim.export.files import write_text
 from indoor_bim.export.ifc_elements import add_storey_elements
 from indoor_bim.export.ifc_file import Entity, IfcFile, Schema
 from indoor_bim.export.ifc_georeference import add_georeference
+from indoor_bim.export.ifc_openings import FillingTypes
 from indoor_bim.export.ifc_properties import add_properties
 from indoor_bim.export.ifc_walls import add_wall_types, relate_wall_types
 from indoor_bim.model import Building
@@ -16,8 +17,8 @@ from indoor_bim.model import Building
 def write_ifc(building: Building, path: str | os.PathLike[str], *, schema: Schema = "IFC4") -> None:
     """Write a building as IFC; equal buildings give equal bytes.
 
-    GUIDs depend on the name of the scan and the identifiers in the model alone. A building without storeys gives a valid file
-    whose building says why. Map coordinates are written only when the scan's coordinate reference system is known.
+    GUIDs are those of the model, or made of the name of the scan and the identifiers in the model. A building without storeys
+    gives a valid file whose building says why. Map coordinates are written only when the scan's coordinate reference system is known.
 
     Parameters
     ----------
@@ -80,6 +81,7 @@ def to_ifc(building: Building, *, schema: Schema = "IFC4") -> str:
     add_georeference(ifc, building)
     _add_reconstruction(ifc, house, building)
     wall_types = add_wall_types(ifc, project, [wall for storey in building.storeys for wall in storey.walls])
+    filling_types = FillingTypes()
     containers = [
         ifc.root(
             "IfcBuildingStorey",
@@ -93,8 +95,9 @@ def to_ifc(building: Building, *, schema: Schema = "IFC4") -> str:
     ]
     ifc.aggregate(house, containers, "building")
     for storey, container in zip(building.storeys, containers, strict=True):
-        add_storey_elements(ifc, storey, container, wall_types)
+        add_storey_elements(ifc, storey, container, wall_types, filling_types)
     relate_wall_types(ifc, wall_types)
+    filling_types.relate(ifc, project)
     return ifc.text(f"{building.name}.ifc")
 
 

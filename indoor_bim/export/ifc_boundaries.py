@@ -40,14 +40,14 @@ def add_boundaries(ifc: IfcFile, storey: Storey, spaces: Sequence[Entity], walls
             side = {True: "EXTERNAL", False: "INTERNAL", None: "NOTDEFINED"}[wall.external]
             surfaces: list[Entity | None] = [_wall_surface(ifc, a, b, room.height) for a, b in _edges_along(room, wall)]
             for i, surface in enumerate(surfaces or [None]):
-                _add_boundary(ifc, f"{room.id}/{wall.id}/{i}", space, walls[wall.id], side, surface)
+                _add_boundary(ifc, f"{space.GlobalId}/{walls[wall.id].GlobalId}/{i}", space, walls[wall.id], side, surface)
         polygon = room.outline.polygon
         for i in sorted(tree.query(polygon).tolist()):
             slab, contact = storey.slabs[i], float(plates[i].intersection(polygon).area)
             if contact >= _MIN_CONTACT_AREA:
                 covered = contact > _COVERED * polygon.area
                 plate = _slab_surface(ifc, room, slab) if covered else None
-                _add_boundary(ifc, f"{room.id}/{slab.id}", space, slabs[i], "NOTDEFINED", plate)
+                _add_boundary(ifc, f"{space.GlobalId}/{slabs[i].GlobalId}", space, slabs[i], "NOTDEFINED", plate)
 
 
 def _add_boundary(ifc: IfcFile, key: str, space: Entity, element: Entity, side: str, surface: Entity | None) -> None:

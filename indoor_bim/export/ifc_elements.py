@@ -6,13 +6,16 @@ from collections.abc import Mapping
 
 from indoor_bim.export.ifc_boundaries import add_boundaries
 from indoor_bim.export.ifc_file import Entity, IfcFile
-from indoor_bim.export.ifc_openings import add_opening
+from indoor_bim.export.ifc_openings import FillingTypes, add_opening
 from indoor_bim.export.ifc_properties import add_common, add_evidence, add_properties, add_quantities
 from indoor_bim.export.ifc_walls import WallType, add_wall, connect, millimetres
+from indoor_bim.export.ifc_zones import add_zones
 from indoor_bim.model import Column, Outline, Room, Slab, Storey
 
 
-def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_types: Mapping[int, WallType]) -> None:
+def add_storey_elements(
+    ifc: IfcFile, storey: Storey, container: Entity, wall_types: Mapping[int, WallType], filling_types: FillingTypes
+) -> None:
     """Add everything that stands in a storey.
 
     Parameters
@@ -25,6 +28,8 @@ def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_ty
         Its entity, placed at the storey's elevation.
     wall_types : mapping
         Thickness in whole millimetres to its wall type.
+    filling_types : FillingTypes
+        Types of doors and windows; new ones are added.
     """
     contained: list[Entity] = []
     walls: dict[str, Entity] = {}
@@ -32,7 +37,7 @@ def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_ty
         walls[wall.id] = add_wall(ifc, wall, container, storey.elevation, wall_types[millimetres(wall.thickness)])
         contained.append(walls[wall.id])
         for opening in wall.openings:
-            contained.extend(add_opening(ifc, opening, wall, walls[wall.id]))
+            contained.extend(add_opening(ifc, opening, wall, walls[wall.id], filling_types))
     connect(ifc, storey.joints, walls)
     slabs = [_add_slab(ifc, slab, container, storey.elevation) for slab in storey.slabs]
     columns = [_add_column(ifc, column, container, storey.elevation) for column in storey.columns]
@@ -42,18 +47,19 @@ def add_storey_elements(ifc: IfcFile, storey: Storey, container: Entity, wall_ty
     if contained:
         ifc.root("IfcRelContainedInSpatialStructure", storey.id, RelatedElements=contained, RelatingStructure=container)
     ifc.aggregate(container, spaces, f"{storey.id}/spaces")
+    add_zones(ifc, storey, spaces)
 
 
 def _add_slab(ifc: IfcFile, slab: Slab, container: Entity, elevation: float) -> Entity:
     foot = slab.level - slab.thickness if slab.kind == "floor" else slab.level
     kind = {"PredefinedType": "FLOOR"} if slab.kind == "floor" else {"PredefinedType": "USERDEFINED", "ObjectType": "CEILING"}
-    element = ifc.root(
+    element = ifc.element(
         "IfcSlab",
-        slab.id,
+        slab,
         Name=slab.name,
         Tag=slab.id,
         ObjectPlacement=ifc.placement((0.0, 0.0, foot - elevation), relative_to=container.ObjectPlacement),
-        Representation=ifc.shape([ifc.extrusion(ifc.outline_profile(slab.outline), slab.thickness)]),
+        Representation=ifc.shape([ifc.extrusion(ifc.outline_profile(slab.outline), slab.thickness)], colour=slab.kind),
         **kind,
     )
     add_common(ifc, element, "Pset_SlabCommon")
@@ -69,14 +75,14 @@ def _add_slab(ifc: IfcFile, slab: Slab, container: Entity, elevation: float) -> 
 
 
 def _add_column(ifc: IfcFile, column: Column, container: Entity, elevation: float) -> Entity:
-    element = ifc.root(
+    element = ifc.element(
         "IfcColumn",
-        column.id,
+        column,
         Name=column.name,
         Tag=column.id,
         PredefinedType="COLUMN",
         ObjectPlacement=ifc.placement((0.0, 0.0, column.base - elevation), relative_to=container.ObjectPlacement),
-        Representation=ifc.shape([ifc.extrusion(ifc.ring_profile(column.footprint), column.height)]),
+        Representation=ifc.shape([ifc.extrusion(ifc.ring_profile(column.footprint), column.height)], colour="column"),
     )
     add_common(ifc, element, "Pset_ColumnCommon")
     area = Outline(column.footprint).area
@@ -87,15 +93,15 @@ def _add_column(ifc: IfcFile, column: Column, container: Entity, elevation: floa
 
 
 def _add_space(ifc: IfcFile, room: Room, container: Entity, elevation: float) -> Entity:
-    space = ifc.root(
+    space = ifc.element(
         "IfcSpace",
-        room.id,
+        room,
         Name=room.id,
         LongName=room.name,
         CompositionType="ELEMENT",
         PredefinedType="SPACE",
         ObjectPlacement=ifc.placement((0.0, 0.0, room.floor - elevation), relative_to=container.ObjectPlacement),
-        Representation=ifc.shape([ifc.extrusion(ifc.outline_profile(room.outline), room.height)]),
+        Representation=ifc.shape([ifc.extrusion(ifc.outline_profile(room.outline), room.height)], colour="space"),
     )
     add_properties(ifc, space, "Pset_SpaceCommon", {"IsExternal": ("IfcBoolean", False)})
     values = {

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import uuid
 from collections.abc import Iterable, Sequence
 from math import hypot
 from typing import Any, Literal
 
 from indoor_bim import __version__
+from indoor_bim.export.guids import Identified, element_guid, global_id
+from indoor_bim.export.mesh import COLOURS, OPACITY, Material
 from indoor_bim.model import Outline, Point2, Ring
 
 Schema = Literal["IFC4", "IFC4X3"]
 Entity = Any
-NAMESPACE = uuid.UUID("8e9c7a52-6d0f-5b1e-9a3c-2f4d7b60c1a5")
 VIEW = "DesignTransferView_V1.0"
 TIME_STAMP = "1970-01-01T00:00:00"
 PRECISION = 1e-5
@@ -38,6 +38,7 @@ class IfcFile:
         self._source = source
         self._points: dict[tuple[float, ...], Entity] = {}
         self._directions: dict[tuple[float, ...], Entity] = {}
+        self._styles: dict[Material, Entity] = {}
         self.model_context = self.create("IfcGeometricRepresentationContext", None, "Model", 3, PRECISION, self.axes((0.0, 0.0, 0.0)))
         origin = self.create("IfcAxis2Placement2D", self.point((0.0, 0.0)), self.direction((1.0, 0.0)))
         self.plan_context = self.create("IfcGeometricRepresentationContext", None, "Plan", 2, PRECISION, origin)
@@ -61,6 +62,14 @@ class IfcFile:
         """Add an entity with a GUID that depends on the scan, the kind of entity and `key` alone."""
         return self.create(entity, self.guid(f"{entity}/{key}"), **attributes)
 
+    def element(self, entity: str, element: Identified, **attributes: Any) -> Entity:
+        """Add an element of the model under its GUID."""
+        return self.create(entity, self.element_guid(element), **attributes)
+
+    def element_guid(self, element: Identified) -> str:
+        """GUID of an element of the model."""
+        return element_guid(self._source, element)
+
     def guid(self, key: str) -> str:
         """GUID of `key` in the scan this file comes from.
 
@@ -69,9 +78,7 @@ class IfcFile:
         >>> IfcFile("IFC4", "house.laz").guid("IfcWall/W1") == IfcFile("IFC4X3", "house.laz").guid("IfcWall/W1")
         True
         """
-        import ifcopenshell.guid
-
-        return str(ifcopenshell.guid.compress(uuid.uuid5(NAMESPACE, f"{self._source}/{key}").hex))
+        return global_id(f"{self._source}/{key}")
 
     def text(self, name: str) -> str:
         """Return the file as STEP text, with `name` and a fixed time in its header."""
@@ -137,8 +144,25 @@ class IfcFile:
         position = position or self.axes((0.0, 0.0, 0.0))
         return self.create("IfcExtrudedAreaSolid", profile, position, self.direction((0.0, 0.0, 1.0)), depth)
 
-    def shape(self, solids: Sequence[Entity], *, axis: Entity | None = None) -> Entity:
-        """Product shape of swept solids, with the wall axis where given."""
+    def paint(self, solid: Entity, colour: Material) -> Entity:
+        """Give a solid its surface style."""
+        if colour not in self._styles:
+            red, green, blue = (channel / 255 for channel in COLOURS[colour])
+            surface = self.create(
+                "IfcSurfaceStyleRendering",
+                SurfaceColour=self.create("IfcColourRgb", None, red, green, blue),
+                Transparency=1.0 - OPACITY.get(colour, 1.0),
+                ReflectanceMethod="NOTDEFINED",
+            )
+            self._styles[colour] = self.create("IfcSurfaceStyle", colour.title(), "BOTH", [surface])
+        self.create("IfcStyledItem", solid, [self._styles[colour]])
+        return solid
+
+    def shape(self, solids: Sequence[Entity], *, axis: Entity | None = None, colour: Material | None = None) -> Entity:
+        """Product shape of swept solids, with the wall axis where given; all in one colour, or as they were painted."""
+        if colour is not None:
+            for solid in solids:
+                self.paint(solid, colour)
         representations = [self.create("IfcShapeRepresentation", self.body, "Body", "SweptSolid", list(solids))]
         if axis is not None:
             representations.insert(0, self.create("IfcShapeRepresentation", self.axis, "Axis", "Curve2D", [axis]))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import MappingProxyType
+
 from indoor_bim.export.ifc_file import Entity, IfcFile
 from indoor_bim.export.ifc_properties import add_common, add_evidence, add_quantities
 from indoor_bim.model import Opening, Wall
@@ -9,9 +11,48 @@ from indoor_bim.model import Opening, Wall
 OVERSHOOT = 0.05
 _FRAME = 0.05
 _PANEL = 0.04
+_SIZE_STEP = 50  # millimetres
+_HANDS = MappingProxyType({"SINGLE_SWING_LEFT": " left", "SINGLE_SWING_RIGHT": " right", "DOUBLE_DOOR_SINGLE_SWING": " double"})
 
 
-def add_opening(ifc: IfcFile, opening: Opening, wall: Wall, host: Entity) -> list[Entity]:
+class FillingTypes:
+    """Door and window types, told apart by nominal size and operation, with the doors and windows that have them."""
+
+    def __init__(self) -> None:
+        self._types: dict[tuple[str, int, int, str], tuple[Entity, list[Entity]]] = {}
+
+    def assign(self, ifc: IfcFile, filling: Entity, opening: Opening) -> None:
+        """Give a door or window its type: the size in steps of 5 cm and the way it opens."""
+        kind = opening.kind.title()
+        width, height = (max(_SIZE_STEP, _SIZE_STEP * round(1000 * length / _SIZE_STEP)) for length in (opening.width, opening.height))
+        operation = door_operation(opening) if opening.kind == "door" else ""
+        key = (kind, width, height, operation)
+        if key not in self._types:
+            hand = _HANDS.get(operation, "")
+            entity = ifc.root(
+                f"Ifc{kind}Type",
+                "/".join(map(str, key)),
+                Name=f"{kind} {width} x {height}{hand}",
+                Description="Nominal size in millimetres, in steps of 50.",
+                PredefinedType=kind.upper(),
+            )
+            if opening.kind == "door":
+                entity.OperationType = operation
+            else:
+                entity.PartitioningType = "NOTDEFINED"
+            self._types[key] = (entity, [])
+        self._types[key][1].append(filling)
+
+    def relate(self, ifc: IfcFile, project: Entity) -> None:
+        """Declare the types and relate them to their doors and windows, once all are there."""
+        for key, (entity, fillings) in sorted(self._types.items()):
+            ifc.root("IfcRelDefinesByType", "/".join(map(str, key)), RelatedObjects=fillings, RelatingType=entity)
+        if self._types:
+            entities = [entity for _, (entity, _) in sorted(self._types.items())]
+            ifc.root("IfcRelDeclares", "filling types", RelatingContext=project, RelatedDefinitions=entities)
+
+
+def add_opening(ifc: IfcFile, opening: Opening, wall: Wall, host: Entity, types: FillingTypes) -> list[Entity]:
     """Cut an opening through both faces of a wall and fill it.
 
     Parameters
@@ -24,22 +65,27 @@ def add_opening(ifc: IfcFile, opening: Opening, wall: Wall, host: Entity) -> lis
         Wall that it is in.
     host : IfcWall
         Its entity.
+    types : FillingTypes
+        Types of doors and windows.
 
     Returns
     -------
     list of entity
         The door or window; nothing for a passage.
     """
+    place = f"{host.GlobalId}/{opening.guid or opening.id}"
     void = ifc.root(
         "IfcOpeningElement",
-        opening.id,
+        place,
         Name=opening.name,
         Tag=opening.id,
         PredefinedType="OPENING",
         ObjectPlacement=ifc.placement((opening.start, 0.0, opening.sill), relative_to=host.ObjectPlacement),
         Representation=ifc.shape([_block(ifc, opening.width, opening.height, wall.thickness + 2 * OVERSHOOT)]),
     )
-    ifc.root("IfcRelVoidsElement", opening.id, RelatingBuildingElement=host, RelatedOpeningElement=void)
+    if opening.kind == "opening":
+        void.GlobalId = ifc.element_guid(opening)
+    ifc.root("IfcRelVoidsElement", place, RelatingBuildingElement=host, RelatedOpeningElement=void)
     area = opening.width * opening.height
     add_quantities(
         ifc,
@@ -53,12 +99,11 @@ def add_opening(ifc: IfcFile, opening: Opening, wall: Wall, host: Entity) -> lis
         return []
     kind = opening.kind.title()
     turned = opening.swing == "right"
-    filling = ifc.root(
+    filling = ifc.element(
         f"Ifc{kind}",
-        opening.id,
+        opening,
         Name=opening.name,
         Tag=opening.id,
-        PredefinedType=kind.upper(),
         OverallHeight=opening.height,
         OverallWidth=opening.width,
         ObjectPlacement=ifc.placement(
@@ -66,11 +111,8 @@ def add_opening(ifc: IfcFile, opening: Opening, wall: Wall, host: Entity) -> lis
         ),
         Representation=ifc.shape(_frame_and_panels(ifc, opening, wall.thickness)),
     )
-    if opening.kind == "door":
-        filling.OperationType = door_operation(opening)
-    else:
-        filling.PartitioningType = "NOTDEFINED"
-    ifc.root("IfcRelFillsElement", opening.id, RelatingOpeningElement=void, RelatedBuildingElement=filling)
+    types.assign(ifc, filling, opening)
+    ifc.root("IfcRelFillsElement", place, RelatingOpeningElement=void, RelatedBuildingElement=filling)
     add_common(ifc, filling, f"Pset_{kind}Common", external=wall.external)
     add_quantities(
         ifc,
@@ -115,8 +157,11 @@ def _frame_and_panels(ifc: IfcFile, opening: Opening, thickness: float) -> list[
     ]
     if foot:
         parts.append(_block(ifc, width - 2 * frame, frame, depth, x=frame))
+    for part in parts:
+        ifc.paint(part, "frame")
     count = 1 if opening.kind == "window" else opening.leaves
     panel = (width - 2 * frame) / max(count, 1)
     for i in range(count):
-        parts.append(_block(ifc, panel, height - frame - foot, min(_PANEL, depth), x=frame + i * panel, z=foot))
+        leaf = _block(ifc, panel, height - frame - foot, min(_PANEL, depth), x=frame + i * panel, z=foot)
+        parts.append(ifc.paint(leaf, "window" if opening.kind == "window" else "door"))
     return parts

@@ -61,13 +61,13 @@ def add_wall(ifc: IfcFile, wall: Wall, container: Entity, elevation: float, wall
         profile = ifc.rectangle_profile(wall.length, wall.thickness, centre=(wall.length / 2, 0.0))
     else:
         profile = ifc.ring_profile(local)
-    element = ifc.root(
+    element = ifc.element(
         "IfcWall",
-        wall.id,
+        wall,
         Name=wall.name,
         Tag=wall.id,
         ObjectPlacement=ifc.placement((x, y, wall.base - elevation), x=_direction(wall), relative_to=container.ObjectPlacement),
-        Representation=ifc.shape([ifc.extrusion(profile, wall.height)], axis=ifc.polyline([(0.0, 0.0), (wall.length, 0.0)])),
+        Representation=ifc.shape([ifc.extrusion(profile, wall.height)], axis=ifc.polyline([(0.0, 0.0), (wall.length, 0.0)]), colour="wall"),
     )
     add_common(ifc, element, "Pset_WallCommon", external=wall.external)
     footprint = Outline(local)
@@ -89,7 +89,7 @@ def add_wall(ifc: IfcFile, wall: Wall, container: Entity, elevation: float, wall
         },
     )
     usage = ifc.create("IfcMaterialLayerSetUsage", wall_type.layers, "AXIS2", "POSITIVE", -millimetres(wall.thickness) / 2000)
-    ifc.root("IfcRelAssociatesMaterial", wall.id, RelatedObjects=[element], RelatingMaterial=usage)
+    ifc.root("IfcRelAssociatesMaterial", element.GlobalId, RelatedObjects=[element], RelatingMaterial=usage)
     wall_type.walls.append(element)
     add_evidence(ifc, element, wall.evidence, ThicknessMeasured=("IfcBoolean", wall.thickness_measured))
     return element
@@ -107,16 +107,16 @@ def connect(ifc: IfcFile, joints: Sequence[Joint], walls: Mapping[str, Entity]) 
     walls : mapping of str to IfcWall
         Entities of the storey's walls.
     """
-    pairs: dict[str, tuple[tuple[str, str], tuple[str, str]]] = {}
+    pairs: dict[tuple[tuple[str, str], tuple[str, str]], None] = {}
     for joint in joints:
         members = sorted(zip(joint.walls, joint.ends, strict=True), key=lambda member: member[1] == "path")
         for related, relating in combinations([member for member in members if member[0] in walls], 2):
             if "path" not in joint.ends or "path" in (related[1], relating[1]):
-                pairs.setdefault("/".join((*relating, *related)), (relating, related))
-    for key, ((relating_id, relating_end), (related_id, related_end)) in pairs.items():
+                pairs[relating, related] = None
+    for (relating_id, relating_end), (related_id, related_end) in pairs:
         ifc.root(
             "IfcRelConnectsPathElements",
-            key,
+            "/".join((walls[relating_id].GlobalId, relating_end, walls[related_id].GlobalId, related_end)),
             RelatingElement=walls[relating_id],
             RelatedElement=walls[related_id],
             RelatingPriorities=[],

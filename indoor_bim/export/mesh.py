@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 Corner = tuple[float, float, float]
-Material = Literal["wall", "column", "floor", "ceiling", "door", "window", "space"]
+Material = Literal["wall", "column", "floor", "ceiling", "door", "window", "frame", "space"]
 
 COLOURS: dict[Material, tuple[int, int, int]] = {
     "wall": (222, 217, 206),
@@ -31,6 +31,7 @@ COLOURS: dict[Material, tuple[int, int, int]] = {
     "ceiling": (240, 240, 238),
     "door": (150, 102, 62),
     "window": (140, 190, 220),
+    "frame": (236, 236, 232),
     "space": (196, 222, 200),
 }
 OPACITY: dict[Material, float] = {"window": 0.4, "space": 0.3}
