@@ -13,8 +13,9 @@ from indoor_bim.model import Evidence, Opening, Storey, Wall
 from indoor_bim.plan.holes import cell_states, find_holes
 from indoor_bim.plan.opening_edges import traces
 from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
-from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, face_scatter
-from indoor_bim.plan.wall_rays import WallBox, WallRays, points_at_walls, rays_at_walls, sensor_positions
+from indoor_bim.plan.relief import Relief, level_faces
+from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, picture_shape
+from indoor_bim.plan.wall_rays import WallBox, WallRays, path_periods, points_at_walls, rays_at_walls, sensor_positions
 
 Floats = NDArray[np.float64]
 
@@ -101,6 +102,8 @@ class WallView:
         Rays at it, with corrected depths.
     picture : WallPicture
         Their picture.
+    relief : tuple of Relief
+        Relief of its faces.
     around : ((n,), (n,), (n,)) float64
         Points around it: along, across, up; metres.
     walked : tuple of float
@@ -115,6 +118,7 @@ class WallView:
     box: WallBox
     rays: WallRays
     picture: WallPicture
+    relief: tuple[Relief, ...]
     around: tuple[Floats, Floats, Floats]
     walked: tuple[float, ...]
     tolerance: float
@@ -145,10 +149,11 @@ def wall_views(
         One for each wall, in the order of the storey.
     """
     boxes = [WallBox(wall.axis[0], wall.axis[1], wall.thickness, wall.base, wall.height) for wall in storey.walls]
-    all_rays = rays_at_walls(boxes, points, sensor_positions(trajectory, gps_time), gps_time)
+    all_rays = rays_at_walls(boxes, points, sensor_positions(trajectory, gps_time), path_periods(trajectory, gps_time))
     near = points_at_walls(boxes, points, reach=LEAF_REACH)
     for wall, box, rays, around in zip(storey.walls, boxes, all_rays, near, strict=True):
-        corrected, scatter = face_scatter(rays)
+        cell = cell_size(box, len(rays))
+        corrected, scatter, relief = level_faces(rays, cell=cell, shape=picture_shape(box, cell=cell))
         tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
         if not wall.thickness_measured:
             corrected = corrected.take(corrected.side == _seen_side(corrected, tolerance=tolerance))
@@ -159,10 +164,10 @@ def wall_views(
             corrected,
             tolerance=tolerance,
             through_depth=through_depth,
-            cell=cell_size(box, len(corrected)),
+            cell=cell,
             before=(around[0][ahead], around[2][ahead]),
         )
-        yield WallView(wall, box, corrected, picture, around, _walked_through(box, trajectory), tolerance, through_depth)
+        yield WallView(wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), tolerance, through_depth)
 
 
 def _seen_side(rays: WallRays, *, tolerance: float) -> int:

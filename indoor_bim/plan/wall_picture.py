@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.relief import STEEP
 from indoor_bim.plan.wall_rays import WallBox, WallRays
 
 Floats = NDArray[np.float64]
 Counts = NDArray[np.int64]
 
-FACE_REACH = 0.10  # metres: hits farther from the mean place of a face tell nothing about where it is
-DRIFT_PERIOD = 2.0  # seconds: the error of a walking scanner's position changes more slowly
-ENOUGH_HITS = 40  # to place a face for one period
-BEYOND = 0.10  # metres behind the farther face: a ray that ends there went through
-STEEP = 0.20  # cosine: rays closer to the face than this do not tell where they met it
-QUANTUM = 2.0**-14  # metres: sums of multiples of it are exact in any order
 POINTS_PER_CELL = 6.0
 
 
@@ -46,56 +41,6 @@ class WallPicture:
     front: Counts
 
 
-def face_scatter(rays: WallRays) -> tuple[WallRays, float]:
-    """Rays with depths from where each face was at that time, and the scatter of the hits on the faces.
-
-    A walking scanner's positions drift by centimetres, and a reconstructed face is off by a few millimetres; both are
-    estimated for every face and period from the hits themselves.
-
-    Parameters
-    ----------
-    rays : WallRays
-        Rays at one wall.
-
-    Returns
-    -------
-    rays : WallRays
-        The same rays with corrected `depth`.
-    scatter : float
-        Robust standard deviation of the hits, metres.
-    """
-    depth = np.round(rays.depth.astype(np.float64) / QUANTUM) * QUANTUM
-    left_over = []
-    for side in (1, -1):
-        rows = np.flatnonzero((rays.side == side) & (np.abs(depth) < FACE_REACH) & (rays.slant > STEEP))
-        if not len(rows):
-            continue
-        place = _mode(depth[rows])
-        rows = rows[np.abs(depth[rows] - place) < FACE_REACH / 2]
-        period = np.floor(rays.time[rows] / DRIFT_PERIOD)
-        order = np.lexsort((depth[rows], period))
-        names, first, count = np.unique(period[order], return_index=True, return_counts=True)
-        medians = depth[rows][order][first + count // 2]
-        enough = count >= ENOUGH_HITS
-        here = rays.side == side
-        if enough.any():
-            depth[here] -= np.interp(np.floor(rays.time[here] / DRIFT_PERIOD), names[enough], medians[enough])
-        else:
-            depth[here] -= place
-        left_over.append(depth[rows])
-    hits = np.concatenate(left_over) if left_over else np.zeros(0)
-    scatter = 1.4826 * float(np.median(np.abs(hits))) if len(hits) else 0.0
-    return replace(rays, depth=depth.astype(np.float32)), scatter
-
-
-def _mode(values: Floats) -> float:
-    """Centre of the 2 cm interval that holds most values."""
-    ordered = np.sort(values)
-    count = np.searchsorted(ordered, ordered + 0.02, side="right") - np.arange(len(ordered))
-    best = int(np.argmax(count))
-    return float(ordered[best + count[best] // 2])
-
-
 def cell_size(wall: WallBox, rays: int, *, smallest: float = 0.02, largest: float = 0.06) -> float:
     """Side of the cells of a wall's picture that hold a few rays each, metres.
 
@@ -109,6 +54,19 @@ def cell_size(wall: WallBox, rays: int, *, smallest: float = 0.02, largest: floa
         Bounds, metres: finer than edges are sharp, and too coarse for a door frame.
     """
     return float(np.clip(np.sqrt(POINTS_PER_CELL * wall.length * wall.height / max(rays, 1)), smallest, largest))
+
+
+def picture_shape(wall: WallBox, *, cell: float) -> tuple[int, int]:
+    """Rows and columns of the picture of a wall.
+
+    Parameters
+    ----------
+    wall : WallBox
+        Wall.
+    cell : float
+        Side of a cell, metres.
+    """
+    return max(int(np.ceil(wall.height / cell)), 1), max(int(np.ceil(wall.length / cell)), 1)
 
 
 def draw_picture(
@@ -131,7 +89,7 @@ def draw_picture(
     before : ((m,), (m,)) float64, optional
         Along and up of the points in front of the wall, metres.
     """
-    shape = max(int(np.ceil(wall.height / cell)), 1), max(int(np.ceil(wall.length / cell)), 1)
+    shape = picture_shape(wall, cell=cell)
     on_face = np.abs(rays.depth) <= tolerance
     went_in = (rays.depth > tolerance) & (rays.slant > STEEP)
     through = went_in & (rays.depth > through_depth)

@@ -15,6 +15,7 @@ Float32s = NDArray[np.float32]
 Ints = NDArray[np.int64]
 
 STANDING = 5.0  # seconds between rows of a path: a scanner that walks is recorded more often, so here it stood
+DRIFT_PERIOD = 2.0  # seconds: the error of a walking scanner's position changes more slowly
 FRONT = 0.15  # metres before a face: points farther away are not on it
 MARGIN = 0.30  # metres beyond the ends of a wall that belong to its picture
 SENSOR_CELL = 0.5  # metres: rays from one such square of the plan are looked up together
@@ -72,8 +73,8 @@ class WallRays:
         Where the ray ended.
     slant : (n,) float32
         Cosine of the angle between the ray and the normal of the wall.
-    time : (n,) float64
-        Seconds.
+    period : (n,) int64
+        Stretch of the path that it was measured on.
     """
 
     side: NDArray[np.int8]
@@ -85,7 +86,7 @@ class WallRays:
     along_end: Float32s
     up_end: Float32s
     slant: Float32s
-    time: Floats
+    period: Ints
 
     def __len__(self) -> int:
         return len(self.side)
@@ -125,7 +126,35 @@ def sensor_positions(trajectory: Floats, gps_time: Floats) -> Floats:
     return np.column_stack([np.interp(gps_time, time, path[:, k]) for k in range(3)])
 
 
-def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, time: Floats) -> list[WallRays]:
+def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
+    """Stretch of the path that each point was measured on: as long as a walking scanner's position has about the same error.
+
+    Parameters
+    ----------
+    trajectory : (m, 4) float64
+        Time in seconds, sorted, and x, y, z in metres.
+    gps_time : (n,) float64
+        Time of each point, seconds.
+
+    Returns
+    -------
+    (n,) int64
+        Number of the stretch; all points of one standpoint share it.
+
+    Examples
+    --------
+    >>> path = np.array([[0, 0, 0, 1], [1, 2, 0, 1], [60, 9, 0, 1.0]])
+    >>> path_periods(path, np.array([0.5, 30.0, 50.0, 61.0])).tolist()
+    [0, 0, 0, 30]
+    """
+    time = trajectory[:, 0]
+    row = np.clip(np.searchsorted(time, gps_time, side="right") - 1, 0, len(time) - 1)
+    stood = np.append(np.diff(time) > STANDING, False)[row]
+    periods: Ints = np.floor((np.where(stood, time[row], gps_time) - time[0]) / DRIFT_PERIOD).astype(np.int64)
+    return periods
+
+
+def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, period: Ints) -> list[WallRays]:
     """Rays that came to each wall.
 
     Parameters
@@ -136,8 +165,8 @@ def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, tim
         Ends of the rays, metres.
     sensors : (n, 3) float64
         Their beginnings, metres.
-    time : (n,) float64
-        Their times, seconds.
+    period : (n,) int64
+        Stretch of the path that each was measured on.
 
     Returns
     -------
@@ -147,7 +176,7 @@ def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, tim
     parts: list[list[WallRays]] = [[] for _ in walls]
     for begin in range(0, max(len(points), 1), CHUNK):
         rows = slice(begin, begin + CHUNK)
-        for part, rays in zip(parts, _rays_of_chunk(walls, points[rows], sensors[rows], time[rows]), strict=True):
+        for part, rays in zip(parts, _rays_of_chunk(walls, points[rows], sensors[rows], period[rows]), strict=True):
             part.append(rays)
     return [_joined(part) for part in parts]
 
@@ -192,7 +221,7 @@ def points_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -
         yield along[keep], across[keep], up[keep]
 
 
-def _rays_of_chunk(walls: Sequence[WallBox], points: Floats, sensors: Floats, time: Floats) -> Iterator[WallRays]:
+def _rays_of_chunk(walls: Sequence[WallBox], points: Floats, sensors: Floats, period: Ints) -> Iterator[WallRays]:
     """Rays of one chunk, sorted by sensor square and azimuth, so that each wall only looks at those that point towards it."""
     square = np.floor(sensors[:, :2] / SENSOR_CELL).astype(np.int64)
     square -= square.min(axis=0) if len(square) else 0
@@ -202,7 +231,7 @@ def _rays_of_chunk(walls: Sequence[WallBox], points: Floats, sensors: Floats, ti
     key = group * (2 * TURN) + heading
     order = np.argsort(key, kind="stable")
     key = key[order]
-    p, s, t = points[order].astype(np.float32), sensors[order].astype(np.float32), time[order]
+    p, s, t = points[order].astype(np.float32), sensors[order].astype(np.float32), period[order]
     bounds = np.searchsorted(key, np.arange(len(names) + 1) * (2 * TURN))
     corners = np.array([[_extent(s[a:b, k]) for k in (0, 1)] for a, b in itertools.pairwise(bounds)])
     for wall in walls:
@@ -247,7 +276,7 @@ def _spans_towards(wall: WallBox, corners: Floats, key: Floats, bounds: Ints) ->
     return spans
 
 
-def _rays_of_wall(wall: WallBox, p: Float32s, s: Float32s, t: Floats, spans: Sequence[tuple[int, int]]) -> WallRays:
+def _rays_of_wall(wall: WallBox, p: Float32s, s: Float32s, t: Ints, spans: Sequence[tuple[int, int]]) -> WallRays:
     """Exact test of the rays in the ranges."""
     dx, dy = wall.direction
     half = wall.thickness / 2
@@ -282,7 +311,7 @@ def _rays_of_wall(wall: WallBox, p: Float32s, s: Float32s, t: Floats, spans: Seq
         along_end=_float32(ue),
         up_end=_float32(end[:, 2] - wall.base),
         slant=_float32((vs - vp) / np.maximum(reach, 1e-9)),
-        time=t[rows],
+        period=t[rows],
     )
     return rays.take(keep)
 
