@@ -10,18 +10,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.model import Evidence, Opening, Storey, Wall
-from indoor_bim.plan.holes import cell_states, find_holes
+from indoor_bim.plan.holes import blind_cell_states, cell_states, find_holes
 from indoor_bim.plan.opening_edges import traces
 from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
 from indoor_bim.plan.relief import Relief, level_faces
 from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, picture_shape
-from indoor_bim.plan.wall_rays import WallBox, WallRays, path_periods, points_at_walls, rays_at_walls, sensor_positions
+from indoor_bim.plan.wall_points import points_at_walls, rays_from_points
+from indoor_bim.plan.wall_rays import WallBox, WallRays, path_periods, rays_at_walls, sensor_positions
 
 Floats = NDArray[np.float64]
 
 log = logging.getLogger(__name__)
 
 DECIMALS = 4  # tenths of a millimetre
+AROUND_HOLE = 0.6  # metres on either side of a hole that are looked at
+COARSEST_CELL, COARSEST_BLIND_CELL = 0.06, 0.10  # metres
+LONGEST_STAND = 3600.0  # seconds that a scanner measures from its last standpoint
 LEAF_REACH = 1.3  # metres before a face: where the leaves of doors stand
 FINEST_TOLERANCE, COARSEST_TOLERANCE = 0.03, 0.08  # metres
 
@@ -66,16 +70,20 @@ def find_openings(
     found: dict[str, list[FoundOpening]] = {}
     for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time):
         openings = []
-        for hole in find_holes(*cell_states(view.picture), cell=view.picture.cell):
+        states = blind_cell_states(view.picture) if view.blind else cell_states(view.picture)
+        for hole in find_holes(*states, cell=view.picture.cell):
+            near = (view.rays.along > hole.start - AROUND_HOLE) & (view.rays.along < hole.end + AROUND_HOLE)
+            rays = view.rays.take(near)
             opening = name_opening(
                 hole,
                 view.box,
-                view.rays,
-                traces(view.rays, tolerance=view.tolerance, through_depth=view.through_depth, both_faces=view.wall.thickness_measured),
+                rays,
+                traces(rays, tolerance=view.tolerance, through_depth=view.through_depth, both_faces=view.wall.thickness_measured),
                 view.around,
                 tolerance=view.tolerance,
                 through_depth=view.through_depth,
                 walked=view.walked,
+                blind=view.blind,
                 min_door_width=min_door_width,
                 max_door_width=max_door_width,
                 min_door_height=min_door_height,
@@ -123,6 +131,7 @@ class WallView:
     walked: tuple[float, ...]
     tolerance: float
     through_depth: float
+    blind: bool
 
 
 def wall_views(
@@ -149,10 +158,15 @@ def wall_views(
         One for each wall, in the order of the storey.
     """
     boxes = [WallBox(wall.axis[0], wall.axis[1], wall.thickness, wall.base, wall.height) for wall in storey.walls]
-    all_rays = rays_at_walls(boxes, points, sensor_positions(trajectory, gps_time), path_periods(trajectory, gps_time))
     near = points_at_walls(boxes, points, reach=LEAF_REACH)
-    for wall, box, rays, around in zip(storey.walls, boxes, all_rays, near, strict=True):
-        cell = cell_size(box, len(rays))
+    blind = trajectory is None or gps_time is None or not _is_timed(trajectory, gps_time)
+    if trajectory is None or gps_time is None or blind:
+        all_rays: list[WallRays | None] = [None] * len(boxes)
+    else:
+        all_rays = [*rays_at_walls(boxes, points, sensor_positions(trajectory, gps_time), path_periods(trajectory, gps_time))]
+    for wall, box, traced, around in zip(storey.walls, boxes, all_rays, near, strict=True):
+        rays = traced if traced is not None else rays_from_points(*around, thickness=wall.thickness, both_faces=wall.thickness_measured)
+        cell = cell_size(box, len(rays), largest=COARSEST_BLIND_CELL if blind else COARSEST_CELL)
         corrected, scatter, relief = level_faces(rays, cell=cell, shape=picture_shape(box, cell=cell))
         tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
         if not wall.thickness_measured:
@@ -167,7 +181,16 @@ def wall_views(
             cell=cell,
             before=(around[0][ahead], around[2][ahead]),
         )
-        yield WallView(wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), tolerance, through_depth)
+        yield WallView(wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), tolerance, through_depth, blind)
+
+
+def _is_timed(trajectory: Floats, gps_time: Floats) -> bool:
+    """True where the path and the points have times on one clock."""
+    if len(trajectory) < 1 or not (np.isfinite(trajectory[:, 0]).all() and np.isfinite(gps_time).all()):
+        return False
+    begin, end = float(trajectory[0, 0]), float(trajectory[-1, 0])
+    slack = max(LONGEST_STAND, (end - begin) / max(len(trajectory) - 1, 1))
+    return bool(len(gps_time)) and float(gps_time.min()) > begin - slack and float(gps_time.max()) < end + slack
 
 
 def _seen_side(rays: WallRays, *, tolerance: float) -> int:

@@ -15,6 +15,7 @@ Ints = NDArray[np.int64]
 SMALLEST_SIDE = 0.30  # metres: smaller holes are sockets, pipes and gaps in the scan
 LEAST_RAYS = 30
 NARROW_BAR = 0.20  # metres: mullions, transoms and stripes without rays do not end a hole
+THIN_BAR = 0.08  # metres: no pier or beam is thinner, mullions may be
 FULL_LINE = 0.35  # a row or column belongs to a hole when it is open over this share of its typical length
 
 
@@ -62,6 +63,24 @@ def cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     entered, face = _around(picture.entered), _around(picture.face)
     known = entered + face >= 2
     return known & (entered > face), known & (face >= entered)
+
+
+def blind_cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
+    """Cells without hits on a face, taken for open where the path of the scanner is not known, and wall cells.
+
+    Parameters
+    ----------
+    picture : WallPicture
+        Picture of one wall.
+
+    Returns
+    -------
+    open_cells, wall_cells : (rows, columns) bool
+        Cells around which no face was hit, or more was hit inside the wall; the others.
+    """
+    entered, face = _around(picture.entered), _around(picture.face)
+    wall_cells = (face >= 2) & (face >= entered)
+    return ~wall_cells, wall_cells
 
 
 def find_holes(open_cells: Bools, wall_cells: Bools, *, cell: float) -> list[Hole]:
@@ -112,7 +131,7 @@ def _runs(part: Bools, wall: Bools, *, axis: int, cell: float) -> list[slice]:
     solid = wall.sum(axis=axis) > part.sum(axis=axis)
     runs: list[list[int]] = []
     for line in lines.tolist():
-        if runs and (line - runs[-1][1]) * cell <= NARROW_BAR + cell and not solid[runs[-1][1] + 1 : line].any():
+        if runs and (line - runs[-1][1]) * cell <= NARROW_BAR + cell and solid[runs[-1][1] + 1 : line].sum() * cell < THIN_BAR:
             runs[-1][1] = line
         else:
             runs.append([line, line])

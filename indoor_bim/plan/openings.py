@@ -21,6 +21,8 @@ CEILING_GAP = 0.10  # metres: what ends closer than this to the ceiling has no l
 LOWEST_HIT = 0.08  # metres above the floor: lower points may be the floor's own
 THROUGH_SHARE = 0.04  # of the rays into a hole: fewer than these through it are stray
 GLASS_DENSITY = 0.4  # of the hits on the wall around: panes return fewer rays than that, the back of a niche all
+GLASS_INSET = 0.12  # metres next to the edges of a hole that frames and reveals take
+RING = 0.3  # metres around a hole
 WALKED_MARGIN = 0.10  # metres
 LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
 FEW = 3  # rays
@@ -83,6 +85,7 @@ def name_opening(
     tolerance: float,
     through_depth: float,
     walked: Sequence[float] = (),
+    blind: bool = False,
     min_door_width: float = 0.6,
     max_door_width: float = 2.5,
     min_door_height: float = 1.8,
@@ -109,6 +112,9 @@ def name_opening(
         Rays that ended this far behind the nearer face went through the wall, metres.
     walked : sequence of float
         Places along the wall where the scanner was carried through it, metres.
+    blind : bool
+        True where the path of the scanner is not known: what rays went through is then not known either, and openings are told by
+        the hits on their reveals and frames.
     min_door_width, max_door_width, min_door_height, max_door_height : float
         Bounds of doors, metres.
     frame : float
@@ -128,7 +134,8 @@ def name_opening(
     inside = (rays.depth > tolerance) & (rays.along > start) & (rays.along < end) & (rays.up > bottom) & (rays.up < top)
     depth = rays.depth[inside]
     through = float((depth > through_depth).mean()) if len(depth) else 0.0
-    is_through = through > THROUGH_SHARE
+    glass = _is_glass(hole, rays, where, tolerance=tolerance)
+    is_through = glass if blind else through > THROUGH_SHARE
     was_walked = to_floor and any(start - WALKED_MARGIN < x < end + WALKED_MARGIN for x in walked)
     width = end - start
     leaves: tuple[Leaf, ...] = ()
@@ -142,19 +149,21 @@ def name_opening(
         if closed and not _is_leaf(depth, wall):
             return None
         if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
-            kind = "window" if _is_glass(hole, rays, where, inside) and width > max_door_width and not was_walked else "opening"
+            kind = "window" if glass and width > max_door_width and not was_walked else "opening"
         else:
             kind = "door"
     else:
-        if not is_through and not _is_glass(hole, rays, where, inside):
+        if not (is_through or glass):
             return None
         kind = "window"
     if kind == "door" and (leaves or closed):
-        framed = _with_frame(edges, rays, tolerance=tolerance, through_depth=through_depth, closed=closed, frame=frame)
+        framed = _with_frame(edges, rays, tolerance=tolerance, through_depth=through_depth, closed=closed or blind, frame=frame)
         start, end, top = max(framed["start"], 0.0), min(framed["end"], wall.length), min(framed["top"], wall.height)
     seen = [edges["start"].seen, edges["end"].seen, edges["top"].seen or to_ceiling, edges["bottom"].seen or to_floor]
+    if blind and not all(seen):
+        return None
     seen_share = float(np.mean(seen))
-    proof = 1.0 if was_walked else 0.9 if is_through else 0.7
+    proof = 0.6 if blind else 1.0 if was_walked else 0.9 if is_through else 0.7
     confidence = proof * (1 - np.exp(-len(depth) / 50)) * (0.4 + 0.6 * seen_share)
     sides = len(np.unique(rays.side[inside]))
     return FoundOpening(kind, start, end, bottom, top, leaves, closed, float(confidence), len(depth), seen_share, sides)
@@ -194,13 +203,16 @@ def _is_leaf(depth: NDArray, wall: WallBox) -> bool:
     return middle < max(wall.thickness, 0.1) and float(np.mean(np.abs(depth - middle) < 2 * LEAF_SPREAD)) > 0.6
 
 
-def _is_glass(hole: Hole, rays: WallRays, where: Traces, inside: NDArray[np.bool_]) -> bool:
-    """True where far fewer rays returned from the hole than from the wall around it."""
-    reach = 0.3
-    ring = (where.face_along > hole.start - reach) & (where.face_along < hole.end + reach)
-    ring &= (where.face_up > hole.bottom - reach) & (where.face_up < hole.top + reach)
-    area = (hole.width + 2 * reach) * (hole.height + 2 * reach) - hole.width * hole.height
-    return int(inside.sum()) / (hole.width * hole.height) < GLASS_DENSITY * int(ring.sum()) / area
+def _is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) -> bool:
+    """True where far fewer rays returned from within the hole than from the wall around it."""
+    inset = min(GLASS_INSET, hole.width / 4, hole.height / 4)
+    inside = (rays.depth > tolerance) & (rays.along > hole.start + inset) & (rays.along < hole.end - inset)
+    inside &= (rays.up > hole.bottom + inset) & (rays.up < hole.top - inset)
+    area = (hole.width - 2 * inset) * (hole.height - 2 * inset)
+    ring = (where.face_along > hole.start - RING) & (where.face_along < hole.end + RING)
+    ring &= (where.face_up > hole.bottom - RING) & (where.face_up < hole.top + RING)
+    ring_area = (hole.width + 2 * RING) * (hole.height + 2 * RING) - hole.width * hole.height
+    return int(inside.sum()) / area < GLASS_DENSITY * int(ring.sum()) / ring_area
 
 
 def _with_frame(

@@ -77,7 +77,8 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
         place = row[hits] * shape[1] + column[hits]
         pairs, pair = np.unique(number * (shape[0] * shape[1]) + place, return_inverse=True)
         steps = np.round(depth[hits] / QUANTUM)
-        total, count = np.bincount(pair, weights=steps) * QUANTUM, np.bincount(pair)
+        count = np.bincount(pair)
+        total: Floats = np.bincount(pair, weights=steps).astype(np.float64) * QUANTUM
         pair_period, pair_place = np.divmod(pairs, shape[0] * shape[1])
         offset, face = _additive(total, count, pair_period, pair_place, shape[0] * shape[1])
         enough = np.bincount(pair_period, weights=count) >= ENOUGH_HITS

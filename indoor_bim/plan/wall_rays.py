@@ -181,46 +181,6 @@ def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, per
     return [_joined(part) for part in parts]
 
 
-def points_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -> Iterator[tuple[Floats, Floats, Floats]]:
-    """Points close to each wall, one wall after the other.
-
-    Parameters
-    ----------
-    walls : sequence of WallBox
-        Walls.
-    points : (n, 3) float64
-        Points, metres.
-    reach : float
-        Largest distance from a face, metres.
-
-    Yields
-    ------
-    along, across, up : (m,) float64
-        Distance along the axis from its first end, to the left of it, and above the foot of the wall, metres.
-    """
-    cell = 0.5
-    low = points[:, :2].min(axis=0) if len(points) else np.zeros(2)
-    index = np.floor((points[:, :2] - low) / cell).astype(np.int64)
-    shape = index.max(axis=0) + 1 if len(points) else np.ones(2, dtype=np.int64)
-    key = index[:, 0] * shape[1] + index[:, 1]
-    order = np.argsort(key, kind="stable")
-    first = np.searchsorted(key[order], np.arange(int(shape.prod()) + 1))
-    centre = low + (np.indices(tuple(shape)).reshape(2, -1).T + 0.5) * cell
-    for wall in walls:
-        d = np.array(wall.direction)
-        n = np.array([-d[1], d[0]])
-        half = wall.thickness / 2
-        u, v = (centre - wall.start) @ d, (centre - wall.start) @ n
-        near = (np.abs(v) < half + reach + cell) & (u > -MARGIN - cell) & (u < wall.length + MARGIN + cell)
-        cells = np.flatnonzero(near & (first[1:] > first[:-1]))
-        rows = np.concatenate([order[first[c] : first[c + 1]] for c in cells]) if len(cells) else np.zeros(0, dtype=np.int64)
-        xy = points[rows, :2] - wall.start
-        along, across, up = xy @ d, xy @ n, points[rows, 2] - wall.base
-        keep = (np.abs(across) < half + reach) & (along > -MARGIN) & (along < wall.length + MARGIN)
-        keep &= (up > -MARGIN) & (up < wall.height + MARGIN)
-        yield along[keep], across[keep], up[keep]
-
-
 def _rays_of_chunk(walls: Sequence[WallBox], points: Floats, sensors: Floats, period: Ints) -> Iterator[WallRays]:
     """Rays of one chunk, sorted by sensor square and azimuth, so that each wall only looks at those that point towards it."""
     square = np.floor(sensors[:, :2] / SENSOR_CELL).astype(np.int64)
