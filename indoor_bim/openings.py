@@ -14,6 +14,7 @@ from indoor_bim.plan.holes import blind_cell_states, cell_states, find_holes
 from indoor_bim.plan.opening_edges import traces
 from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
 from indoor_bim.plan.relief import Relief, level_faces
+from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, picture_shape
 from indoor_bim.plan.wall_points import points_at_walls, rays_from_points
 from indoor_bim.plan.wall_rays import WallBox, WallRays, path_periods, rays_at_walls, sensor_positions
@@ -94,6 +95,20 @@ def find_openings(
                 openings.append(opening)
         found[view.wall.id] = _without_overlap(openings)
     return replace(storey, walls=_with_openings(storey, found))
+
+
+def picture_png(view: WallView, wall: Wall | None = None) -> bytes:
+    """Picture of a wall as a PNG file.
+
+    Parameters
+    ----------
+    view : WallView
+        What the scan shows of it.
+    wall : Wall, optional
+        Wall whose openings are outlined; default: that of the view.
+    """
+    openings = (wall or view.wall).openings
+    return png_bytes(wall_image(view.picture, [(o.start, o.start + o.width, o.sill, o.sill + o.height) for o in openings]))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -79,6 +79,19 @@ class WallParams(Stage):
     max_thickness: float = Field(0.60, gt=0, le=2, description="Thickest wall in metres.")
 
 
+class OpeningParams(Stage):
+    """Doors, windows and passages."""
+
+    min_confidence: float = Field(0.4, ge=0, le=1, description="Openings that are less certain are left out.")
+    min_door_width: float = Field(0.6, gt=0, le=5, description="Narrowest door in metres.")
+    max_door_width: float = Field(2.5, gt=0, le=20, description="Widest door in metres; what is wider is a passage or a glass front.")
+    min_door_height: float = Field(1.8, gt=0, le=5, description="Lowest door in metres.")
+    max_door_height: float = Field(2.6, gt=0, le=10, description="Highest door in metres.")
+    frame: float = Field(
+        0.04, ge=0, le=0.2, description="Width of a door frame in metres where it lies in the plane of the wall and cannot be told from it."
+    )
+
+
 class SimulateParams(Stage):
     """A virtual scan; the defaults are those of a backpack with two spinning multi-line heads."""
 
@@ -119,6 +132,7 @@ class Params(Stage):
     read: ReadParams = ReadParams()
     slope: SlopeParams = SlopeParams()
     walls: WallParams = WallParams()
+    openings: OpeningParams = OpeningParams()
 
 
 PRESETS = {
