@@ -1,17 +1,22 @@
+import hashlib
 import xml.etree.ElementTree as ET
 from dataclasses import replace
 from itertools import combinations
 from pathlib import Path
 
 import buildings
+import ifcopenshell
 import numpy as np
 import pytest
 import shapely
 
 from indoor_bim.errors import WriteError
-from indoor_bim.export.dimensions import centimetre_labels, wall_face_chain
+from indoor_bim.export.dimensions import centimetre_labels, opening_chain, wall_face_chain
+from indoor_bim.export.ifc import to_ifc
+from indoor_bim.export.json import to_json
+from indoor_bim.export.plan_style import PlanStyle, Underlay
 from indoor_bim.export.sheet import draw_plan
-from indoor_bim.export.svg import Underlay, plan_paths, plan_svg, write_plans, write_svg
+from indoor_bim.export.svg import plan_paths, plan_svg, write_plans, write_svg
 from indoor_bim.model import Building, Evidence, Opening, Outline, Room, Storey, Wall
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -119,6 +124,7 @@ def test_layers_are_named_groups():
         "Doors",
         "Windows",
         "Openings",
+        "Room dimensions",
         "Room tags",
         "Dimensions",
         "Notes",
@@ -213,16 +219,19 @@ def test_dimensions_tell_the_building():
     layer = next(layer for layer in draw_plan(buildings.two_rooms()).layers if layer.name == "dimensions")
     chains = [sorted(mark.text for mark in item.marks if hasattr(mark, "text")) for item in layer.items]
     assert chains == [
+        sorted(["1.15", "0.90", "3.10", "1.20", "1.35"]),
         sorted(["0.30", "4.00", "0.10", "3.00", "0.30"]),
         ["7.70"],
         sorted(["0.30", "4.00", "0.30"]),
         ["4.60"],
+        sorted(["1.15", "2.00", "4.55"]),
     ]
 
 
 def test_dimensions_tell_the_inner_width_without_rooms():
     building = buildings.one_room()
-    bare = replace(building, storeys=(replace(building.storeys[0], rooms=()),))
+    walls = tuple(replace(wall, openings=()) for wall in building.storeys[0].walls)
+    bare = replace(building, storeys=(replace(building.storeys[0], rooms=(), walls=walls),))
     layer = next(layer for layer in draw_plan(bare).layers if layer.name == "dimensions")
     chains = [sorted(mark.text for mark in item.marks if hasattr(mark, "text")) for item in layer.items]
     assert chains == [["0.20", "0.20", "5.00"], ["5.40"], ["0.20", "0.20", "4.00"], ["4.40"]]
@@ -270,18 +279,18 @@ def test_north_is_drawn_only_when_known():
 
 
 def test_themes_differ_in_colours_only():
-    light, dark = (root_of(buildings.star(), theme=theme) for theme in ("print", "dark"))
+    light, dark = (root_of(buildings.star(), style=PlanStyle(theme=theme)) for theme in ("print", "dark"))
     assert light.find(f"{SVG}style").text != dark.find(f"{SVG}style").text
     for root in (light, dark):
         root.find(f"{SVG}style").text = ""
     assert ET.tostring(light) == ET.tostring(dark)
     with pytest.raises(ValueError, match='no theme "neon"'):
-        plan_svg(buildings.star(), theme="neon")
+        plan_svg(buildings.star(), style=PlanStyle(theme="neon"))
 
 
 def test_underlay_lies_at_its_place_below_everything():
     building = buildings.one_room()
-    root = root_of(building, underlay=Underlay(b"\x89PNG", (0.0, 1.0, 4.0, 3.0)))
+    root = root_of(building, style=PlanStyle(underlays={building.storeys[0].id: Underlay(b"\x89PNG", (0.0, 1.0, 4.0, 3.0))}))
     view = draw_plan(building).view
     image = root.find(f"{SVG}image")
     place = [float(image.get(name)) for name in ("x", "y", "width", "height")]
@@ -326,3 +335,63 @@ def test_same_bytes_twice(model):
 
 def test_golden_plan():
     assert plan_svg(buildings.two_rooms()) == GOLDEN.read_text(encoding="utf-8")
+
+
+def test_elements_carry_the_guids_of_the_ifc():
+    building = buildings.four_rooms()
+    root = root_of(building)
+    file = ifcopenshell.file.from_string(to_ifc(building))
+    tags = {entity.Tag: entity.GlobalId for kind in ("IfcWall", "IfcDoor", "IfcWindow", "IfcColumn") for entity in file.by_type(kind)}
+    tags |= {space.Name: space.GlobalId for space in file.by_type("IfcSpace")}
+    assert {node.get("id"): node.get("data-guid") for node in root.iter() if node.get("data-guid")} == tags
+
+
+def test_metadata_names_the_model():
+    building = buildings.two_storeys()
+    (model,) = root_of(building, storey="1.ST").find(f"{SVG}metadata")
+    assert model.get("format") == "indoor-bim-building"
+    assert model.get("storey") == "1.ST"
+    assert model.get("model-sha256") == hashlib.sha256(to_json(building).encode()).hexdigest()
+
+
+@pytest.mark.parametrize(("scale", "paper"), [(100, "A3"), (200, None), (None, "A2"), (50, "A1")])
+def test_scale_and_paper_may_be_chosen(scale, paper):
+    plan = draw_plan(buildings.four_rooms(), style=PlanStyle(scale=scale, paper=paper))
+    assert plan.view.scale == (scale or 25)
+    assert plan.page.paper == (paper or "A4")
+
+
+def test_a_plan_that_does_not_fit_is_refused():
+    with pytest.raises(WriteError, match=r"a plan of 8\.2 x 6\.2 m does not fit 1:20 on A4; ask for a smaller scale or larger paper\."):
+        draw_plan(buildings.four_rooms(), style=PlanStyle(scale=20, paper="A4"))
+
+
+def test_the_face_that_was_not_seen_is_dashed():
+    building = plain_wall(5.0, measured=False)
+    storey = building.storeys[0]
+    for seen, side in (("left", -0.1), ("right", 0.1)):
+        wall = replace(storey.walls[0], seen=seen)
+        shown = replace(building, storeys=(replace(storey, walls=(wall,)),))
+        (dashed,) = [path for path in root_of(shown).iter(f"{SVG}path") if path.get("class") == "outline unseen"]
+        view = draw_plan(shown).view
+        faces = corners(dashed)
+        long = faces[np.abs(faces[:, 1] - view.point((0.0, side))[1]) < 1e-6]
+        assert np.ptp(long[:, 0]) == pytest.approx(5.0 * view.mm_per_metre, abs=2e-3)
+        assert all(np.abs(faces[:, 1] - view.point((0.0, side))[1]) <= 0.01 * view.mm_per_metre + 1e-6)
+    measured = replace(building, storeys=(replace(storey, walls=(replace(storey.walls[0], seen="both"),)),))
+    assert "outline unseen" not in [path.get("class") for path in root_of(measured).iter(f"{SVG}path")]
+
+
+def test_rooms_are_dimensioned_from_wall_to_wall():
+    plan = draw_plan(buildings.two_rooms())
+    layer = next(layer for layer in plan.layers if layer.name == "room-dimensions")
+    assert sorted(text.text for text in layer.texts) == ["3.00", "4.00", "4.00", "4.00"]
+    tags = next(layer for layer in plan.layers if layer.name == "room-tags")
+    assert not any("×" in text.text for text in tags.texts)
+
+
+def test_jambs_of_outer_openings_are_dimensioned():
+    storey = buildings.two_rooms().storeys[0]
+    assert opening_chain(storey, "bottom") == pytest.approx([-0.3, 0.85, 1.75, 4.85, 6.05, 7.4])
+    assert opening_chain(storey, "top") == pytest.approx([-0.3, 4.25, 6.25, 7.4])
+    assert opening_chain(storey, "left") == opening_chain(storey, "right") == []

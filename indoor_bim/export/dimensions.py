@@ -1,4 +1,4 @@
-"""Dimension chains outside the plan: overall sizes, and the faces of the walls of the outer rooms."""
+"""Dimension chains outside the plan: openings in outer walls, faces of the walls of the outer rooms, overall sizes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from shapely.geometry.base import BaseGeometry
 from indoor_bim.export.drawing import drawn_bounds, plan_bounds
 from indoor_bim.export.marks import Item, Layer, Mark, Stroke, Text, text_width
 from indoor_bim.export.mesh import region
-from indoor_bim.export.page import View
+from indoor_bim.export.page import DIMENSION_SPACE, View
 from indoor_bim.model import Outline, Point2, Storey, Wall
 
 Side = Literal["bottom", "left", "top", "right"]
 
 _SIDES: tuple[Side, ...] = ("bottom", "left", "top", "right")
 _OPPOSITE: dict[Side, Side] = {"top": "bottom", "right": "left"}
-_FIRST_LINE, _SECOND_LINE = 9.0, 17.0
+_FIRST_LINE, _LINE_SPACING = 9.0, 8.0
 _GAP = 2.0
 _OVERSHOOT = 1.5
 _TICK = 1.0
@@ -73,14 +73,65 @@ def dimension_layer(storey: Storey, view: View) -> Layer:
         chain = wall_face_chain(storey, side)
         chains_by_side[side] = chain
         opposite = chains_by_side.get(_OPPOSITE[side], []) if side in _OPPOSITE else []
+        chains = [openings] if (openings := opening_chain(storey, side)) else []
         if len(chain) == len(opposite) and all(abs(a - b) < _MERGE for a, b in zip(chain, opposite, strict=True)):
+            items += _side_items(storey, side, chains, view)
             continue
-        ends = [chain[0], chain[-1]]
-        chains = [chain, ends] if len(chain) > 2 else [ends]
-        if side in ("top", "right"):
-            chains = [chain] if len(chain) > 2 else []
+        chains += [chain] if len(chain) > 2 else []
+        if side in ("bottom", "left"):
+            chains.append([chain[0], chain[-1]])
         items += _side_items(storey, side, chains, view)
     return Layer("dimensions", "Dimensions", tuple(items))
+
+
+def dimension_space(storey: Storey) -> float:
+    """Return the room that the chains of a storey need on each side, millimetres."""
+    most = max((2 + bool(opening_chain(storey, side)) for side in _SIDES), default=2)
+    return DIMENSION_SPACE + (most - 2) * _LINE_SPACING
+
+
+def opening_chain(storey: Storey, side: Side) -> list[float]:
+    """Return where the jambs of the openings lie that one sees from one side of the building, between its ends.
+
+    Parameters
+    ----------
+    storey : Storey
+        Part of the model, metres.
+    side : {"bottom", "left", "top", "right"}
+        Side that one looks from; "bottom" looks along +y.
+
+    Returns
+    -------
+    list of float
+        Ascending positions along the side, metres, the ends of the building included; empty without openings.
+    """
+    bounds = plan_bounds(storey)
+    if bounds is None:
+        return []
+    along, across = (0, 1) if side in ("bottom", "top") else (1, 0)
+    solids = {wall.id: region(wall.footprint) for wall in storey.walls}
+    rooms = shapely.union_all([region(room.outline.exterior, room.outline.holes) for room in storey.rooms])
+    beyond = {"bottom": bounds[1], "left": bounds[0], "top": bounds[3], "right": bounds[2]}[side]
+    jambs: list[float] = []
+    for wall in storey.walls:
+        p, q = wall.axis
+        if abs(q[across] - p[across]) > _SKEW * abs(q[along] - p[along]):
+            continue
+        others = shapely.union_all([rooms, *(solid for id, solid in solids.items() if id != wall.id)])
+        for opening in wall.openings:
+            ends = [p[along] + (q[along] - p[along]) * place / wall.length for place in (opening.start, opening.start + opening.width)]
+            middle, depth = sum(ends) / 2, (p[across] + q[across]) / 2
+            sight = [(middle, depth), (middle, beyond)] if along == 0 else [(depth, middle), (beyond, middle)]
+            if not shapely.LineString(sight).intersection(others).length > _NUDGE:
+                jambs += ends
+    if not jambs:
+        return []
+    first, last = bounds[along], bounds[along + 2]
+    chain = [first]
+    for position in sorted(jambs):
+        if position - chain[-1] > _MERGE and last - position > _MERGE:
+            chain.append(position)
+    return [*chain, last]
 
 
 def wall_face_chain(storey: Storey, side: Side) -> list[float]:
@@ -156,10 +207,11 @@ def _side_items(storey: Storey, side: Side, chains: Iterable[list[float]], view:
     if walls is None or drawn is None:
         return
     edge, far = _edge(side, walls, view), _edge(side, drawn, view)
-    for chain, distance in zip(chains, (_FIRST_LINE, _SECOND_LINE), strict=False):
+    for number, chain in enumerate(chains):
+        distance = _FIRST_LINE + number * _LINE_SPACING
         places = [view.point((position, position))[0 if side in ("bottom", "top") else 1] for position in chain]
         outwards = distance + abs(far - edge)
-        rail = Rail(side, edge, outwards, _GAP if distance == _FIRST_LINE else outwards - _OVERSHOOT)
+        rail = Rail(side, edge, outwards, _GAP if number == 0 else outwards - _OVERSHOOT)
         marks = [*_rail_lines(rail, places), *_rail_texts(rail, places, chain)]
         yield Item(tuple(marks), "dimension")
 

@@ -19,6 +19,7 @@ _GRID = 1e-6
 _LEAF_THICKNESS = 0.04
 _GLASS_GAP = 0.06
 _LEAST_GAP = 0.35
+_FACE_STRIP = 0.01
 
 
 def is_supported(wall: Wall) -> bool:
@@ -77,7 +78,9 @@ def wall_layers(storey: Storey, view: View) -> Iterator[Layer]:
     supported = _union(bodies[wall.id] for wall in storey.walls if is_supported(wall))
     border = whole.boundary or shapely.MultiLineString()
     doubtful = border.difference(supported.buffer(10 * _GRID))
-    outlines = [(border.difference(doubtful), "outline"), (doubtful, "outline unsupported")]
+    sure = border.difference(doubtful)
+    unseen = sure.intersection(_union(_unseen_face(wall) for wall in storey.walls))
+    outlines = [(sure.difference(unseen), "outline"), (unseen, "outline unseen"), (doubtful, "outline unsupported")]
     drawn = ((_lines(shape, view), style) for shape, style in outlines)
     yield Layer("wall-outlines", "Wall outlines", tuple(Item((Stroke(lines, style),)) for lines, style in drawn if lines))
     yield Layer(
@@ -136,6 +139,16 @@ def _sector(hinge: Point2, tip: Point2, latch: Point2) -> shapely.Polygon:
 def _body(wall: Wall) -> BaseGeometry:
     holes = shapely.union_all([shapely.Polygon(opening_region(wall, opening)) for opening in wall.openings])
     return region(wall.footprint).difference(holes)
+
+
+def _unseen_face(wall: Wall) -> BaseGeometry:
+    """Narrow strip along the face of a wall that the scan did not show."""
+    if wall.seen not in ("left", "right"):
+        return shapely.Polygon()
+    origin, along, left = wall_frame(wall)
+    offset = (-0.5 if wall.seen == "left" else 0.5) * wall.thickness
+    ends = [origin + offset * left + share * along for share in (-wall.thickness, wall.length + wall.thickness)]
+    return shapely.LineString(ends).buffer(_FACE_STRIP, cap_style="flat")
 
 
 def _union(shapes: Iterable[BaseGeometry]) -> BaseGeometry:

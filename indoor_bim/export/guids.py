@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import string
 import uuid
+from collections.abc import Iterable
+from itertools import chain
 from typing import Final, Protocol
+
+from indoor_bim.model import Storey
 
 NAMESPACE: Final = uuid.UUID("8e9c7a52-6d0f-5b1e-9a3c-2f4d7b60c1a5")
 _DIGITS: Final = string.digits + string.ascii_uppercase + string.ascii_lowercase + "_$"
@@ -58,3 +62,18 @@ def element_guid(source: str, element: Identified) -> str:
         Element of the model.
     """
     return element.guid or global_id(f"{source}/{type(element).__name__}/{element.id}")
+
+
+def storey_guids(source: str, storey: Storey) -> dict[str, str]:
+    """Return the GlobalIds of all elements of a storey by their identifiers.
+
+    Parameters
+    ----------
+    source : str
+        Name of the scan.
+    storey : Storey
+        Part of the model.
+    """
+    openings = (opening for wall in storey.walls for opening in wall.openings)
+    elements: Iterable[Identified] = chain(storey.walls, storey.columns, storey.rooms, storey.slabs, openings)
+    return {element.id: element_guid(source, element) for element in elements}

@@ -8,6 +8,7 @@ import numpy as np
 import shapely
 from shapely.geometry.base import BaseGeometry
 
+from indoor_bim.errors import WriteError
 from indoor_bim.model import Point2
 
 PAPERS: dict[str, tuple[float, float]] = {"A4": (297, 210), "A3": (420, 297), "A2": (594, 420), "A1": (841, 594), "A0": (1189, 841)}
@@ -15,6 +16,7 @@ MARGIN = 10.0
 TITLE_WIDTH, TITLE_HEIGHT = 190.0, 36.0
 NOTES_HEIGHT = 24.0
 DIMENSION_SPACE = 26.0
+USUAL_SCALES = (20, 25, 50, 100, 200, 500, 1000, 2000, 5000)
 
 _CHOICES = (
     *((scale, "A4") for scale in (20, 25, 50)),
@@ -147,13 +149,21 @@ class View:
         return shapely.transform(shape, lambda corners: (corners - self.middle) * factor + self.place)
 
 
-def fit_page(bounds: tuple[float, float, float, float]) -> tuple[Page, View]:
+def fit_page(
+    bounds: tuple[float, float, float, float], *, scale: int | None = None, paper: str | None = None, space: float = DIMENSION_SPACE
+) -> tuple[Page, View]:
     """Choose the paper and the scale that show a plan well, and place it in the middle.
 
     Parameters
     ----------
     bounds : (float, float, float, float)
         Least x and y, greatest x and y of the plan, metres.
+    scale : int, optional
+        Denominator to keep to.
+    paper : str, optional
+        Key of `PAPERS` to keep to.
+    space : float
+        Room for dimension chains on each side, millimetres.
 
     Returns
     -------
@@ -162,6 +172,11 @@ def fit_page(bounds: tuple[float, float, float, float]) -> tuple[Page, View]:
     view : View
         Way from the model to the sheet at a usual scale.
 
+    Raises
+    ------
+    WriteError
+        If the plan does not fit at that scale on that paper.
+
     Examples
     --------
     >>> page, view = fit_page((0, 0, 5, 4))
@@ -169,14 +184,24 @@ def fit_page(bounds: tuple[float, float, float, float]) -> tuple[Page, View]:
     ('A4', 297, 50)
     """
     x0, y0, x1, y1 = bounds
-    for scale, paper in _CHOICES:
-        for width, height in (PAPERS[paper], PAPERS[paper][::-1]):
-            page = Page(paper, width, height)
-            free_width, free_height = (side - 2 * DIMENSION_SPACE for side in (page.drawing.width, page.drawing.height))
-            if (x1 - x0) * 1000 / scale <= free_width and (y1 - y0) * 1000 / scale <= free_height:
-                return page, View(scale, ((x0 + x1) / 2, (y0 + y1) / 2), page.drawing.centre)
+    for denominator, name in _choices(scale, paper):
+        for width, height in (PAPERS[name], PAPERS[name][::-1]):
+            page = Page(name, width, height)
+            free_width, free_height = (side - 2 * space for side in (page.drawing.width, page.drawing.height))
+            if (x1 - x0) * 1000 / denominator <= free_width and (y1 - y0) * 1000 / denominator <= free_height:
+                return page, View(denominator, ((x0 + x1) / 2, (y0 + y1) / 2), page.drawing.centre)
+    if scale is not None or paper is not None:
+        asked = " ".join(([f"1:{scale}"] if scale else []) + ([f"on {paper}"] if paper else []))
+        raise WriteError(f"a plan of {x1 - x0:.1f} x {y1 - y0:.1f} m does not fit {asked}; ask for a smaller scale or larger paper.")
     page = Page("A0", *PAPERS["A0"])
     return page, View(1_000_000, ((x0 + x1) / 2, (y0 + y1) / 2), page.drawing.centre)
+
+
+def _choices(scale: int | None, paper: str | None) -> tuple[tuple[int, str], ...]:
+    """Scales and papers to try, best first."""
+    if scale is None and paper is None:
+        return _CHOICES
+    return tuple((s, name) for s in ((scale,) if scale else USUAL_SCALES) for name in ((paper,) if paper else PAPERS))
 
 
 def blank_page() -> Page:

@@ -41,6 +41,7 @@ class Space:
 
     free: BaseGeometry
     places: NDArray[np.float64]
+    dimensioned: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,7 +66,7 @@ def room_layer(storey: Storey, view: View) -> Layer:
     return Layer("rooms", "Rooms", tuple(items))
 
 
-def room_tags(storey: Storey, view: View, *, obstacles: list[BaseGeometry]) -> Tags:
+def room_tags(storey: Storey, view: View, *, obstacles: list[BaseGeometry], dimensioned: frozenset[str] = frozenset()) -> Tags:
     """Place the tag of each room inside it.
 
     Parameters
@@ -76,6 +77,8 @@ def room_tags(storey: Storey, view: View, *, obstacles: list[BaseGeometry]) -> T
         Way to the paper.
     obstacles : list of shapely geometry
         What tags keep clear of, on paper, millimetres.
+    dimensioned : frozenset of str
+        Identifiers of the rooms whose sizes are drawn already.
 
     Returns
     -------
@@ -85,10 +88,10 @@ def room_tags(storey: Storey, view: View, *, obstacles: list[BaseGeometry]) -> T
     items: list[Item] = []
     numbered: list[tuple[int, Room]] = []
     blocked = shapely.union_all(obstacles)
-    spaces = [_space(room, view, blocked) for room in storey.rooms]
+    spaces = [_space(room, view, blocked, dimensioned=room.id in dimensioned) for room in storey.rooms]
     size = _common_size(storey.rooms, spaces)
     for room, space in zip(storey.rooms, spaces, strict=True):
-        variants = (lines for name_size in _NAME_SIZES if name_size <= size for lines in _variants(room, name_size))
+        variants = (lines for name_size in _NAME_SIZES if name_size <= size for lines in _variants(room, name_size, space))
         texts = next((texts for lines, angle in variants if (texts := _place(lines, space, angle))), [])
         if not texts:
             numbered.append((len(numbered) + 1, room))
@@ -108,40 +111,42 @@ def area_text(room: Room) -> str:
     return f"{room.area:.1f} m²"
 
 
-def _space(room: Room, view: View, blocked: BaseGeometry) -> Space:
+def _space(room: Room, view: View, blocked: BaseGeometry, *, dimensioned: bool) -> Space:
     whole = view.shape(region(room.outline.exterior, room.outline.holes))
     free = whole.buffer(-_CLEARANCE).difference(blocked.buffer(_CLEARANCE))
     parts = [part for part in shapely.get_parts(free) if part.geom_type == "Polygon" and part.area > 1]
     if not parts:
-        return Space(free, np.zeros((0, 2)))
+        return Space(free, np.zeros((0, 2)), dimensioned)
     largest = max(parts, key=lambda part: part.area)
     middle = (
         whole.centroid if largest.covers(whole.centroid) else shapely.get_point(shapely.maximum_inscribed_circle(largest, tolerance=0.1), 0)
     )
-    return Space(free, _places(largest, np.array(middle.coords[0])))
+    return Space(free, _places(largest, np.array(middle.coords[0])), dimensioned)
 
 
 def _common_size(rooms: tuple[Room, ...], spaces: list[Space]) -> float:
     """Largest size of type at which most names fit, so that the tags of a plan look alike."""
     for size in _NAME_SIZES[:-1]:
         fitting = sum(
-            any(_place(lines, space, 0.0) for lines in _upright_variants(room, size)) for room, space in zip(rooms, spaces, strict=True)
+            any(_place(lines, space, 0.0) for lines in _upright_variants(room, size, space))
+            for room, space in zip(rooms, spaces, strict=True)
         )
         if fitting >= _MOST_ROOMS * len(rooms):
             return size
     return _NAME_SIZES[-1]
 
 
-def _variants(room: Room, size: float) -> Iterator[tuple[list[TagLine], float]]:
-    for lines in _upright_variants(room, size):
+def _variants(room: Room, size: float, space: Space) -> Iterator[tuple[list[TagLine], float]]:
+    for lines in _upright_variants(room, size, space):
         yield lines, 0.0
     yield [TagLine(room.name, size, True), TagLine(area_text(room), max(_LEAST_SIZE, 0.85 * size))], -90.0
 
 
-def _upright_variants(room: Room, size: float) -> Iterator[list[TagLine]]:
+def _upright_variants(room: Room, size: float, space: Space) -> Iterator[list[TagLine]]:
     small = max(_LEAST_SIZE, 0.85 * size)
     name, area = [TagLine(room.name, size, True)], TagLine(area_text(room), small)
-    sides = [TagLine(_clear_sides(room), max(_LEAST_SIZE, 0.7 * size))] if _clear_sides(room) else []
+    clear = "" if space.dimensioned else _clear_sides(room)
+    sides = [TagLine(clear, max(_LEAST_SIZE, 0.7 * size))] if clear else []
     names = [name]
     words = room.name.split()
     if len(words) > 1:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from indoor_bim.errors import WriteError
-from indoor_bim.export.dimensions import dimension_layer
+from indoor_bim.export.dimensions import dimension_layer, dimension_space
 from indoor_bim.export.drawing import drawn_bounds, opening_layers, swing_areas, wall_layers
 from indoor_bim.export.marks import Layer, Text
 from indoor_bim.export.mesh import region
 from indoor_bim.export.page import Page, View, blank_page, fit_page
+from indoor_bim.export.plan_style import USUAL, PlanStyle
+from indoor_bim.export.room_dimensions import room_dimensions
 from indoor_bim.export.room_tags import room_layer, room_tags
 from indoor_bim.export.title_block import blank_layer, notes_layer, title_layer
 from indoor_bim.model import Building, Storey
@@ -29,7 +31,7 @@ class Plan:
         return [text for layer in self.layers for text in layer.texts]
 
 
-def draw_plan(building: Building, *, storey: str | None = None) -> Plan:
+def draw_plan(building: Building, *, storey: str | None = None, style: PlanStyle = USUAL) -> Plan:
     """Draw the plan of one storey.
 
     Parameters
@@ -38,6 +40,8 @@ def draw_plan(building: Building, *, storey: str | None = None) -> Plan:
         Model, metres.
     storey : str, optional
         Identifier of the storey; by default the first one.
+    style : PlanStyle
+        Scale and paper.
 
     Returns
     -------
@@ -47,21 +51,27 @@ def draw_plan(building: Building, *, storey: str | None = None) -> Plan:
     Raises
     ------
     WriteError
-        If there is no storey of that identifier.
+        If there is no storey of that identifier, or if its plan does not fit the paper asked for.
     """
     shown = find_storey(building, storey)
     bounds = drawn_bounds(shown) if shown else None
     if shown is None or bounds is None:
         page = blank_page()
         return Plan(page, None, (blank_layer(building, shown, page), title_layer(building, shown, page, None)))
-    page, view = fit_page(bounds)
+    page, view = fit_page(bounds, scale=style.scale, paper=style.paper, space=dimension_space(shown))
     solids = [region(element.footprint) for kind in (shown.walls, shown.columns) for element in kind]
     obstacles = [*swing_areas(shown, view), *(view.shape(shape) for shape in solids)]
-    tags = room_tags(shown, view, obstacles=obstacles)
+    inner = room_dimensions(shown, view, obstacles=obstacles)
+    tags = room_tags(shown, view, obstacles=[*obstacles, *inner.covered], dimensioned=inner.rooms)
+    if tags.numbered:
+        crowded = frozenset(room.id for _, room in tags.numbered)
+        inner = room_dimensions(shown, view, obstacles=obstacles, skip=crowded)
+        tags = room_tags(shown, view, obstacles=[*obstacles, *inner.covered], dimensioned=inner.rooms)
     layers = (
         room_layer(shown, view),
         *wall_layers(shown, view),
         *opening_layers(shown, view),
+        inner.layer,
         tags.layer,
         dimension_layer(shown, view),
         notes_layer(building, shown, page, view, numbered=tags.numbered),

@@ -3,43 +3,29 @@
 from __future__ import annotations
 
 import base64
+import hashlib
 import os
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Literal
 from xml.etree import ElementTree
 
 from indoor_bim.export.files import write_text
+from indoor_bim.export.guids import storey_guids
+from indoor_bim.export.json import to_json
 from indoor_bim.export.marks import Arc, Item, Layer, Mark, Stroke
 from indoor_bim.export.page import View
+from indoor_bim.export.plan_style import USUAL, PlanStyle, Underlay
 from indoor_bim.export.sheet import draw_plan, find_storey
 from indoor_bim.export.svg_style import style_sheet
-from indoor_bim.model import Building, Point2
-
-Theme = Literal["print", "dark"]
+from indoor_bim.model import FORMAT, VERSION, Building, Point2, Storey
 
 _SVG = "http://www.w3.org/2000/svg"
+_MODEL = "https://indoor-bim.invalid/plan"
 _INKSCAPE = "http://www.inkscape.org/namespaces/inkscape"
 
 
-@dataclass(frozen=True, slots=True)
-class Underlay:
-    """Picture that lies under the plan.
-
-    Parameters
-    ----------
-    png : bytes
-        PNG file.
-    bounds : (float, float, float, float)
-        Least x and y, greatest x and y of the picture in model coordinates, metres.
-    """
-
-    png: bytes
-    bounds: tuple[float, float, float, float]
-
-
-def plan_svg(building: Building, *, storey: str | None = None, theme: Theme = "print", underlay: Underlay | None = None) -> str:
+def plan_svg(building: Building, *, storey: str | None = None, style: PlanStyle = USUAL) -> str:
     """Return the plan of one storey as SVG text.
 
     Parameters
@@ -48,10 +34,8 @@ def plan_svg(building: Building, *, storey: str | None = None, theme: Theme = "p
         Model, metres.
     storey : str, optional
         Identifier of the storey; by default the first one.
-    theme : {"print", "dark"}
-        Colours.
-    underlay : Underlay, optional
-        Picture of the scan to lie under the plan.
+    style : PlanStyle
+        Scale, paper, colours and pictures of the scan.
 
     Returns
     -------
@@ -61,9 +45,9 @@ def plan_svg(building: Building, *, storey: str | None = None, theme: Theme = "p
     Raises
     ------
     WriteError
-        If there is no storey of that identifier.
+        If there is no storey of that identifier, or if its plan does not fit the paper asked for.
     """
-    plan = draw_plan(building, storey=storey)
+    plan = draw_plan(building, storey=storey, style=style)
     width, height = _number(plan.page.width), _number(plan.page.height)
     root = ElementTree.Element(
         "svg",
@@ -80,12 +64,14 @@ def plan_svg(building: Building, *, storey: str | None = None, theme: Theme = "p
     if plan.view:
         root.set("data-scale", str(plan.view.scale))
         root.set("data-model-origin", _pair(plan.view.point((0.0, 0.0))))
-    ElementTree.SubElement(root, "style").text = style_sheet(theme)
+    root.append(_metadata(building, shown))
+    ElementTree.SubElement(root, "style").text = style_sheet(style.theme)
     ElementTree.SubElement(root, "rect", {"class": "sheet", "width": width, "height": height})
-    if underlay and plan.view:
-        root.append(_image(underlay, plan.view))
+    if shown and plan.view and shown.id in style.underlays:
+        root.append(_image(style.underlays[shown.id], plan.view))
+    guids = storey_guids(building.source, shown) if shown else {}
     for layer in plan.layers:
-        root.append(_group(layer))
+        root.append(_group(layer, guids))
     ElementTree.indent(root, " ")
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -95,8 +81,7 @@ def write_svg(
     path: str | os.PathLike[str],
     *,
     storey: str | None = None,
-    theme: Theme = "print",
-    underlay: Underlay | None = None,
+    style: PlanStyle = USUAL,
 ) -> None:
     """Write the plan of one storey as SVG.
 
@@ -108,17 +93,15 @@ def write_svg(
         File to create or to replace.
     storey : str, optional
         Identifier of the storey; by default the first one.
-    theme : {"print", "dark"}
-        Colours.
-    underlay : Underlay, optional
-        Picture of the scan to lie under the plan.
+    style : PlanStyle
+        Scale, paper, colours and pictures of the scan.
 
     Raises
     ------
     WriteError
         If there is no storey of that identifier, or if the file cannot be written.
     """
-    write_text(path, plan_svg(building, storey=storey, theme=theme, underlay=underlay))
+    write_text(path, plan_svg(building, storey=storey, style=style))
 
 
 def plan_paths(building: Building, path: str | os.PathLike[str]) -> dict[Path, str | None]:
@@ -151,7 +134,7 @@ def plan_paths(building: Building, path: str | os.PathLike[str]) -> dict[Path, s
     return paths or {first: None}
 
 
-def write_plans(building: Building, path: str | os.PathLike[str], *, theme: Theme = "print") -> list[Path]:
+def write_plans(building: Building, path: str | os.PathLike[str], *, style: PlanStyle = USUAL) -> list[Path]:
     """Write one plan for each storey.
 
     Parameters
@@ -160,8 +143,8 @@ def write_plans(building: Building, path: str | os.PathLike[str], *, theme: Them
         Model, metres.
     path : path
         File of the first storey's plan; the others stand beside it, see `plan_paths`.
-    theme : {"print", "dark"}
-        Colours.
+    style : PlanStyle
+        Scale, paper, colours and pictures of the scan.
 
     Returns
     -------
@@ -175,20 +158,36 @@ def write_plans(building: Building, path: str | os.PathLike[str], *, theme: Them
     """
     paths = plan_paths(building, path)
     for target, storey in paths.items():
-        write_svg(building, target, storey=storey, theme=theme)
+        write_svg(building, target, storey=storey, style=style)
     return list(paths)
 
 
-def _group(layer: Layer) -> ElementTree.Element:
+def _metadata(building: Building, storey: Storey | None) -> ElementTree.Element:
+    """What the plan was drawn from, for programs that read it."""
+    facts = {
+        "format": FORMAT,
+        "version": str(VERSION),
+        "model-sha256": hashlib.sha256(to_json(building).encode("utf-8")).hexdigest(),
+        "source": building.source,
+        "method": building.method,
+        "storey": storey.id if storey else "",
+        "crs": building.crs or "",
+    }
+    metadata = ElementTree.Element("metadata")
+    ElementTree.SubElement(metadata, "model", {"xmlns": _MODEL} | {name: _clean(value) for name, value in facts.items() if value})
+    return metadata
+
+
+def _group(layer: Layer, guids: Mapping[str, str]) -> ElementTree.Element:
     attributes = {"id": f"layer-{layer.name}", "inkscape:groupmode": "layer", "inkscape:label": layer.label}
     group = ElementTree.Element("g", attributes)
     for item in layer.items:
-        group.append(_item(item))
+        group.append(_item(item, guids))
     return group
 
 
-def _item(item: Item) -> ElementTree.Element:
-    attributes = {"id": _clean(item.id), "class": item.kind}
+def _item(item: Item, guids: Mapping[str, str]) -> ElementTree.Element:
+    attributes = {"id": _clean(item.id), "class": item.kind, "data-guid": guids.get(item.id, "")}
     group = ElementTree.Element("g", {name: value for name, value in attributes.items() if value})
     if item.title:
         ElementTree.SubElement(group, "title").text = _clean(item.title)

@@ -22,6 +22,7 @@ path.wall-body { fill: {poche}; stroke: none; fill-rule: evenodd }
 path.hatch { stroke: {soft}; stroke-width: 0.09 }
 path.outline { stroke-width: 0.5; stroke-linecap: square }
 path.unsupported { stroke-width: 0.25; stroke-dasharray: 1.6 1; stroke-linecap: butt }
+path.unseen { stroke-width: 0.25; stroke-dasharray: 3 1.2; stroke-linecap: butt }
 path.column-body { fill: {soft}; stroke-width: 0.35 }
 path.threshold { stroke-width: 0.13 }
 path.leaf { stroke-width: 0.35 }

@@ -167,7 +167,7 @@ def _legend(storey: Storey) -> list[str]:
     """Sentences on the kinds of lines that the plan of a storey uses."""
     texts = []
     if any(not wall.thickness_measured for wall in storey.walls):
-        texts.append("Wide hatch: one face seen; thickness, and outer lengths with it, assumed.")
+        texts.append("Wide hatch, far face dashed: one face seen; thickness, and outer lengths with it, assumed.")
     if any(not is_supported(wall) for wall in storey.walls):
         texts.append("Dashed walls: hardly seen by the scan.")
     return texts
