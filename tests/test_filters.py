@@ -6,7 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from indoor_bim.cloud.filters import radius_inliers
+from indoor_bim.cloud.filters import FEW_POINTS, radius_inliers, radius_inliers_by_tree
+from indoor_bim.cloud.radius_search import bounds, count_within
 from indoor_bim.filters import grid_radius_outlier_removal, statistical_outlier_removal
 
 RADII = (0.25, 0.1, 0.3, 1 / 3)
@@ -33,6 +34,11 @@ def brute_force(points, nb_points, radius):
     return (squares < radius * radius).sum(axis=1) > nb_points
 
 
+def by_cells(points, nb_points, radius, **options):
+    low, high = bounds(points)
+    return count_within(points, low=low, high=high, more_than=nb_points, radius=radius, rounding=1e-6, **options)
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_radius_filter_keeps_the_points_that_open3d_keeps(seed):
     radius, nb_points = RADII[seed % 4], int(np.random.default_rng(seed).integers(1, 12))
@@ -42,6 +48,40 @@ def test_radius_filter_keeps_the_points_that_open3d_keeps(seed):
     assert index.tolist() == list(expected)
     assert np.array_equal(kept, points[index])
     assert 0 < len(index) < len(points)
+    assert np.flatnonzero(by_cells(points, nb_points, radius)).tolist() == list(expected)
+
+
+def walls_with_noise(count, seed=0):
+    """Two crossing walls 4 mm rough with stray points and duplicates, shuffled; dense and sparse cells side by side."""
+    rng = np.random.default_rng(seed)
+    along, across, height = rng.random(count) ** 2 * 6, rng.normal(0, 0.004, count), rng.random(count) * 2.5
+    walls = np.stack([along, across, height], axis=1)
+    walls[::3] = walls[::3, [1, 0, 2]]
+    stray = rng.uniform(-1, 6, (count // 10, 3))
+    return rng.permutation(np.vstack([walls, stray, walls[: count // 20]]))
+
+
+@pytest.mark.parametrize(("columns", "nb_points", "radius"), [(3, 10, 0.03), (3, 60, 0.03), (3, 2, 0.004), (2, 150, 0.02), (3, 1500, 0.2)])
+def test_radius_filter_on_many_points_equals_its_twin(columns, nb_points, radius):
+    points = np.ascontiguousarray(walls_with_noise(60_000)[:, :columns])
+    assert len(points) > FEW_POINTS
+    keep = radius_inliers(points, nb_points=nb_points, radius=radius)
+    assert np.array_equal(keep, radius_inliers_by_tree(points, nb_points=nb_points, radius=radius))
+    assert 0.02 < keep.mean() < 0.98
+
+
+def test_neither_threads_nor_memory_layout_nor_order_matter():
+    points = walls_with_noise(60_000, seed=1)
+    keep = by_cells(points, 10, 0.03)
+    for threads in (2, 3, 8):
+        assert np.array_equal(by_cells(points, 10, 0.03, threads=threads), keep)
+    fortran = np.asfortranarray(points)
+    fortran.flags.writeable = False
+    assert np.array_equal(radius_inliers(fortran, nb_points=10, radius=0.03), keep)
+    order = np.random.default_rng(2).permutation(len(points))
+    assert np.array_equal(radius_inliers(points[order], nb_points=10, radius=0.03), keep[order])
+    broken = np.vstack([points, [[np.nan, 0, 0], [0, -np.inf, 0]]])
+    assert np.array_equal(radius_inliers(broken, nb_points=10, radius=0.03), np.append(keep, [False, False]))
 
 
 @pytest.mark.parametrize("seed", range(10))
@@ -78,7 +118,10 @@ coordinates = st.integers(-12, 12).map(lambda step: step * 0.05) | st.floats(-1,
     radius=st.sampled_from([0.05, 0.1, 0.15, 0.2, 0.33, 5.0]),
 )
 def test_radius_filter_equals_brute_force(points, nb_points, radius):
-    assert np.array_equal(radius_inliers(points, nb_points=nb_points, radius=radius), brute_force(points, nb_points, radius))
+    expected = brute_force(points, nb_points, radius)
+    assert np.array_equal(radius_inliers(points, nb_points=nb_points, radius=radius), expected)
+    if len(points):
+        assert np.array_equal(by_cells(points, nb_points, radius), expected)
 
 
 def test_far_coordinates_and_small_radii():

@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.grid import cell_indices, cell_keys, neighbour_offsets, sorted_unique
 from indoor_bim.cloud.open3d import as_points, select
 
 if TYPE_CHECKING:
     import open3d as o3d
 
 ROUNDING = 1e-9
-MOST_CELLS = 2.0**60
+MOST_BLOCKS = 2.0**60
+FEW_POINTS = 20_000
+"""So many points are searched by tree, sooner than the compiled search is loaded."""
 
 
 @overload
@@ -61,9 +62,9 @@ def grid_radius_outlier_removal(pcd: Any, nb_points: int, radius: float, print_p
     Notes
     -----
     Remote Sensing 2021, 13, 4930, section 2.2 (grid radius outlier removal). Points of a cell whose diagonal is shorter than the
-    radius are all neighbours of each other: a cell with more than `nb_points` points is kept without a distance. Distances
-    are taken for the sparse cells only. The tensor class of Open3D counts the point itself; this function does not,
-    whichever class it is given.
+    radius are all neighbours of each other: a cell with more than `nb_points` points is kept without a distance. Distances are
+    taken for the sparse cells only, to points of the cells around, until there are enough neighbours. The tensor class of Open3D
+    counts the point itself; this function does not, whichever class it is given.
 
     Examples
     --------
@@ -151,23 +152,57 @@ def radius_inliers(points: NDArray[np.float64], *, nb_points: int, radius: float
     -------
     (n,) bool
     """
-    keep = np.zeros(len(points), dtype=np.bool_)
-    finite = np.isfinite(points).all(axis=1)
-    if not finite.all():
+    if len(points) > FEW_POINTS:
+        from indoor_bim.cloud.radius_search import bounds, count_within
+
+        low, high = bounds(points)
+        finite_bounds = bool(np.isfinite(high - low).all())
+    else:
+        finite_bounds = bool(np.isfinite(points).all())
+    if not finite_bounds:
+        keep = np.zeros(len(points), dtype=np.bool_)
+        finite = np.isfinite(points).all(axis=1)
         keep[finite] = radius_inliers(points[finite], nb_points=nb_points, radius=radius)
         return keep
+    if len(points) <= FEW_POINTS:
+        return radius_inliers_by_tree(points, nb_points=nb_points, radius=radius)
+    extent, largest = float((high - low).max()), float(np.abs([low, high]).max())
+    rounding = max(ROUNDING, 16 * np.finfo(np.float64).eps * (extent + largest) / radius)
+    if rounding > 0.01 or np.prod((high - low) / radius * 0.5 + 4) >= MOST_BLOCKS or len(points) >= 2**32:
+        return radius_inliers_by_tree(points, nb_points=nb_points, radius=radius)
+    return count_within(points, low=low, high=high, more_than=nb_points, radius=radius, rounding=rounding)
+
+
+def radius_inliers_by_tree(points: NDArray[np.float64], *, nb_points: int, radius: float) -> NDArray[np.bool_]:
+    """Twin of `radius_inliers` by a tree over all points: slower, for few points and for coordinates too large for a grid.
+
+    Parameters
+    ----------
+    points : (n, 2 or 3) float64
+        Finite points.
+    nb_points : int
+        Neighbours that a point needs.
+    radius : float
+        Radius, same unit.
+
+    Returns
+    -------
+    (n,) bool
+    """
+    from scipy.spatial import cKDTree
+
     if len(points) <= nb_points:
-        return keep
-    low, extent = points.min(axis=0), float(np.ptp(points, axis=0).max())
-    rounding = max(ROUNDING, 16 * np.finfo(np.float64).eps * (extent + float(np.abs(points).max())) / radius)
-    if rounding > 0.01 or np.prod(np.ptp(points, axis=0) / radius * 2 + 4) >= MOST_CELLS:
-        return _radius_inliers_by_distance(points, points, nb_points=nb_points, radius=radius)
-    order, full = _full_cells(points, low=low, edge=radius / np.sqrt(points.shape[1]) * (1 - rounding), more_than=nb_points)
-    if not full.all():
-        ordered = points[order]
-        near = ordered[_near(ordered, ~full, low=low, edge=radius * (1 + rounding))]
-        full[~full] = _radius_inliers_by_distance(ordered[~full], near, nb_points=nb_points, radius=radius)
-    keep[order] = full
+        return np.zeros(len(points), dtype=np.bool_)
+    tree = cKDTree(points, balanced_tree=False, leafsize=32)
+    distance, _ = tree.query(points, k=[nb_points + 1], distance_upper_bound=radius * (1 + 2 * ROUNDING), workers=-1)
+    keep: NDArray[np.bool_] = distance[:, 0] < radius * (1 - ROUNDING)
+    unsure = np.flatnonzero(~keep & np.isfinite(distance[:, 0]))
+    if len(unsure):
+        around = tree.query_ball_point(points[unsure], radius * (1 + 2 * ROUNDING), workers=-1)
+        owner = np.repeat(np.arange(len(unsure)), [len(indices) for indices in around])
+        squares = (points[np.concatenate(around).astype(np.int64)] - points[unsure[owner]]) ** 2
+        within = squares.T.cumsum(axis=0)[-1] < radius * radius
+        keep[unsure] = np.bincount(owner, within, len(unsure)) > nb_points
     return keep
 
 
@@ -211,50 +246,3 @@ def _check(count: int, size: float, count_name: str, size_name: str) -> None:
         raise ValueError(f"expected {count_name} of at least 1, got {count}")
     if not (size > 0 and np.isfinite(size)):
         raise ValueError(f"expected a finite {size_name} above 0, got {size}")
-
-
-def _full_cells(
-    points: NDArray[np.float64], *, low: NDArray[np.float64], edge: float, more_than: int
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Order of the points by cell, and in that order whether a point's cell holds more than that many points."""
-    cells = cell_indices(points, low=low, edge=edge)
-    key = cell_keys(cells, cells.max(axis=0) + 1)
-    order = np.argsort(key, kind="stable")
-    key = key[order]
-    starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    counts = np.diff(np.append(starts, len(key)))
-    return order, np.repeat(counts > more_than, counts)
-
-
-def _near(points: NDArray[np.float64], chosen: NDArray[np.bool_], *, low: NDArray[np.float64], edge: float) -> NDArray[np.bool_]:
-    """Points in the cells of the chosen points and in the cells beside them; all points where that leaves few out."""
-    if np.count_nonzero(chosen) > 0.3 * len(points):
-        return np.ones(len(points), dtype=np.bool_)
-    cells = cell_indices(points, low=low, edge=edge) + 1
-    shape = cells.max(axis=0) + 2
-    key = cell_keys(cells, shape)
-    around = sorted_unique((sorted_unique(key[chosen])[:, None] + neighbour_offsets(shape)).ravel())
-    place = np.minimum(np.searchsorted(around, key), len(around) - 1)
-    near: NDArray[np.bool_] = around[place] == key
-    return near
-
-
-def _radius_inliers_by_distance(
-    queries: NDArray[np.float64], points: NDArray[np.float64], *, nb_points: int, radius: float
-) -> NDArray[np.bool_]:
-    """Which queries, themselves among the points, have more than `nb_points` points strictly within the radius."""
-    from scipy.spatial import cKDTree
-
-    if len(points) <= nb_points:
-        return np.zeros(len(queries), dtype=np.bool_)
-    tree = cKDTree(points, balanced_tree=False, leafsize=32)
-    distance, _ = tree.query(queries, k=[nb_points + 1], distance_upper_bound=radius * (1 + 2 * ROUNDING), workers=-1)
-    keep: NDArray[np.bool_] = distance[:, 0] < radius * (1 - ROUNDING)
-    unsure = np.flatnonzero(~keep & np.isfinite(distance[:, 0]))
-    if len(unsure):
-        around = tree.query_ball_point(queries[unsure], radius * (1 + 2 * ROUNDING), workers=-1)
-        owner = np.repeat(np.arange(len(unsure)), [len(indices) for indices in around])
-        squares = (points[np.concatenate(around).astype(np.int64)] - queries[unsure[owner]]) ** 2
-        within = squares.T.cumsum(axis=0)[-1] < radius * radius
-        keep[unsure] = np.bincount(owner, within, len(unsure)) > nb_points
-    return keep

@@ -94,4 +94,5 @@ def select(pcd: Any, keep: NDArray[np.bool_]) -> tuple[Any, Any]:
 
         mask = o3d.core.Tensor.from_numpy(np.ascontiguousarray(keep)).to(pcd.device)
         return (pcd.select_by_mask(mask) if len(keep) else pcd.clone()), mask
-    return np.asarray(pcd)[keep], np.flatnonzero(keep)
+    rows = np.flatnonzero(keep)
+    return np.asarray(pcd).take(rows, axis=0), rows

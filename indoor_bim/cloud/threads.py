@@ -1,0 +1,57 @@
+"""Work on slices of arrays by threads; only for compiled functions that let go of Python's lock."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Outcome = TypeVar("Outcome")
+
+MOST_THREADS = 8
+
+
+def thread_count() -> int:
+    """Processors that this process may use, at most `MOST_THREADS`."""
+    usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(usable, MOST_THREADS)
+
+
+def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, threads: int) -> list[Outcome]:
+    """Outcomes of `work` for every item, in the order of the items.
+
+    Parameters
+    ----------
+    work : callable
+        Takes one item.
+    items : sequence
+        Items.
+    threads : int
+        Number of threads; 1: none is started.
+
+    Returns
+    -------
+    list
+
+    Examples
+    --------
+    >>> in_threads(abs, [-1, 2, -3], threads=2)
+    [1, 2, 3]
+    """
+    if threads < 2 or len(items) < 2:
+        return [work(item) for item in items]
+    with ThreadPoolExecutor(threads) as pool:
+        return list(pool.map(work, items))
+
+
+def even_slices(length: int, count: int) -> list[slice]:
+    """`count` slices of about equal size that cover a length.
+
+    Examples
+    --------
+    >>> even_slices(5, 2)
+    [slice(0, 2, None), slice(2, 5, None)]
+    """
+    return [slice(length * i // count, length * (i + 1) // count) for i in range(count)]
