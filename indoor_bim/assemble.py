@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.model import Column, Evidence, Joint, Outline, Ring, Room, Slab, Storey, Wall
 from indoor_bim.plan.graph import Meeting
+from indoor_bim.plan.hull import PROBE, building_hull
 from indoor_bim.plan.walls import Walls
 
 if TYPE_CHECKING:
@@ -19,8 +20,7 @@ Floats = NDArray[np.float64]
 
 DECIMALS = 6  # model coordinates are kept to a micrometre: coarser ones would make joints overlap
 SLAB_THICKNESS = 0.20  # metres; a scan shows one face of a slab only
-PROBE = 0.15  # metres beyond a face: where the room on that side is looked for
-OUTSIDE_PROBE = 1.0  # metres beyond the unseen face: what lies there is the outside, if nothing of the building does
+NEAR = 0.15  # metres beyond a face: where the room on that side is looked for
 
 
 def build_storey(
@@ -135,16 +135,15 @@ def external_walls(walls: Walls, footprints: Sequence[shapely.Polygon], rooms: S
     if not rooms:
         return [None] * len(walls)
     tree = shapely.STRtree(list(rooms))
-    hull = shapely.union_all([*rooms, *footprints]).buffer(2.0, join_style="mitre").buffer(-2.0, join_style="mitre")
-    hull = shapely.union_all([shapely.Polygon(part.exterior) for part in shapely.get_parts(hull) if part.geom_type == "Polygon"])
+    hull = building_hull([*rooms, *footprints])
     out: list[bool | None] = []
     for k in range(len(walls)):
         share = (np.arange(10) + 0.5) / 10
         line = walls.p[k] + share[:, None] * (walls.q[k] - walls.p[k])
         has_room, outside = [], []
         for side in (1.0, -1.0):
-            near = line + side * (walls.thickness[k] / 2 + PROBE) * walls.normal[k]
-            far = line + side * (walls.thickness[k] / 2 + OUTSIDE_PROBE) * walls.normal[k]
+            near = line + side * (walls.thickness[k] / 2 + NEAR) * walls.normal[k]
+            far = line + side * (walls.thickness[k] / 2 + PROBE) * walls.normal[k]
             inside = np.unique(tree.query(shapely.points(near), predicate="within")[0])
             has_room.append(len(inside) >= 3)
             outside.append(float((~shapely.contains_xy(hull, far[:, 0], far[:, 1])).mean()) > 0.8)

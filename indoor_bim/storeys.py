@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from indoor_bim.assemble import build_storey
 from indoor_bim.model import Evidence, Storey
 from indoor_bim.plan.collinear import merge_collinear
 from indoor_bim.plan.graph import join_walls
+from indoor_bim.plan.hull import building_hull, looks_outside
 from indoor_bim.plan.joints import footprints
 from indoor_bim.plan.rooms import observed_share, room_polygons
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.walls import Walls, walls_from_faces
 
 SMALLEST_SHARE_SEEN = 0.3  # of a room's floor or ceiling: less, and it was only looked into
+SHORTEST_STEP = 0.05  # metres; shorter sides of steps in a closed outline are left to the joints
 USUAL_HEIGHT = 2.5  # metres, where neither ceiling nor wall tops were seen
 
 
@@ -48,8 +52,16 @@ def storey_from_plan(
     warnings : tuple of str
         What had to be assumed.
     """
-    walls = merge_collinear(walls_from_faces(plan.faces, min_thickness=min_thickness, max_thickness=max_thickness))
-    walls, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
+    pair = partial(walls_from_faces, plan.faces, min_thickness=min_thickness, max_thickness=max_thickness)
+    if plan.rooms:
+        hull = building_hull(plan.rooms)
+        walls = pair(outer=looks_outside(plan.faces, hull), shortest_single=SHORTEST_STEP)
+    else:
+        walls = pair()
+        enclosed = room_polygons(footprints(*join_walls(merge_collinear(walls), snap=snap, far_snap=far_snap)))
+        if enclosed:
+            walls = pair(outer=looks_outside(plan.faces, building_hull(enclosed)))
+    walls, meetings = join_walls(merge_collinear(walls), snap=snap, far_snap=far_snap)
     outlines = footprints(walls, meetings)
     rooms = room_polygons(outlines)
     seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]

@@ -51,6 +51,12 @@ class FaceChains:
         """(k, 2) float64 unit normals to the left."""
         return np.column_stack([-self.direction[:, 1], self.direction[:, 0]])
 
+    def mostly(self, flag: NDArray[np.bool_], chain: int) -> bool:
+        """Tell whether a flag (m,) of the faces holds for more than half of a chain's length."""
+        rows = list(self.members[chain])
+        length = self.faces.length[rows]
+        return bool(length[flag[rows]].sum() > 0.5 * length.sum())
+
     def offset_at(self, chain: int, *, direction: Floats, along: float) -> float:
         """Offset of a chain's line, to the left of `direction` (2,), at `along` metres on it."""
         normal = np.array([-direction[1], direction[0]])

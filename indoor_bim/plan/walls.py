@@ -17,7 +17,8 @@ from indoor_bim.plan.segments import Segments
 Floats = NDArray[np.float64]
 
 ANTIPARALLEL_COS = np.cos(np.radians(4.0))  # two faces of one wall differ less than this in direction
-ASSUMED_THICKNESS = 0.20  # metres, where a building shows not a single wall from both sides
+INNER_THICKNESS = 0.20  # metres, where a building shows not a single wall from both sides
+OUTER_THICKNESS = 0.30  # metres, as the far face of an outer wall is hardly ever seen from inside
 TOUCHING = 0.05  # metres between stretches that are one
 SHORTEST_OVERLAP = 0.10  # metres that two faces share at least to be one wall
 
@@ -98,13 +99,16 @@ def walls_from_faces(
     max_thickness: float = 0.60,
     bridged_gap: float = 2.5,
     offset_tolerance: float = 0.03,
+    shortest_single: float = 0.60,
     usual_thickness: float | None = None,
+    outer_thickness: float | None = None,
+    outer: NDArray[np.bool_] | None = None,
 ) -> Walls:
     """Pair faces to walls.
 
     Faces on one line are chained over gaps (doors, walls that butt against them). Two chains that look away from each
     other, overlap, and are no thicker apart than `max_thickness` are one wall. What is seen from one side only continues
-    the wall it is part of, or gets the usual thickness of the walls of this building (the length-weighted median).
+    the wall it is part of, or gets the usual thickness of its kind in this building (the median of the inner walls measured).
 
     Parameters
     ----------
@@ -117,8 +121,14 @@ def walls_from_faces(
         Widest gap in a line of faces that a wall runs through, metres.
     offset_tolerance : float
         Faces on one line lie closer than this to it, metres.
+    shortest_single : float
+        Shorter stretches that are seen from one side are the sides of jambs and piers, no walls, metres.
     usual_thickness : float, optional
-        Thickness of walls seen from one side, metres; default: from the walls that were measured.
+        Thickness of inner walls seen from one side, metres; default: from the walls that were measured.
+    outer_thickness : float, optional
+        The same for outer walls; default: 0.30, or that of the inner walls if they are thicker.
+    outer : (m,) bool, optional
+        Faces that have the outside behind them; default: none.
 
     Returns
     -------
@@ -137,18 +147,21 @@ def walls_from_faces(
     """
     if not len(faces):
         return _stack([])
-    faces = faces.take(np.lexsort(np.round(np.column_stack([faces.q, faces.p]).T, 6)))
+    order = np.lexsort(np.round(np.column_stack([faces.q, faces.p]).T, 6))
+    faces = faces.take(order)
     chains = chain_faces(_oriented(faces, max_thickness=max_thickness), bridged_gap=bridged_gap, offset_tolerance=offset_tolerance)
     pieces = _pieces(chains, min_thickness=min_thickness, max_thickness=max_thickness)
     pairs = sorted({(min(x.chain, x.partner), max(x.chain, x.partner)) for x in pieces if x.partner is not None})
     two_sided = [wall for pair in pairs for wall in _two_sided(chains, pair, pieces)]
-    if usual_thickness is None:
-        usual_thickness = _usual(two_sided)
+    usual = _usual(two_sided) if usual_thickness is None else usual_thickness
+    outside = max(OUTER_THICKNESS, usual) if outer_thickness is None else outer_thickness
+    is_outer = np.zeros(len(faces), dtype=bool) if outer is None else outer[order]
     one_sided = [
-        _one_sided(chains, piece, thickness=usual_thickness)
+        _one_sided(chains, piece, thickness=outside if chains.mostly(is_outer, piece.chain) else usual)
         for piece in pieces
-        if piece.partner is None and piece.interval[1] - piece.interval[0] > max_thickness
+        if piece.partner is None and piece.interval[1] - piece.interval[0] > shortest_single
     ]
+    one_sided = [wall for wall in one_sided if not _is_side_of_another(wall, two_sided + one_sided)]
     return _stack(two_sided + one_sided)
 
 
@@ -285,13 +298,25 @@ def _one_sided(chains: FaceChains, piece: _Piece, *, thickness: float) -> Walls:
 
 
 def _usual(walls: list[Walls]) -> float:
-    """Length-weighted median thickness."""
-    if not walls:
-        return ASSUMED_THICKNESS
-    t = np.array([float(w.thickness[0]) for w in walls])
-    length = np.array([float(w.length[0]) for w in walls])
-    order = np.argsort(t, kind="stable")
-    return float(t[order][np.searchsorted(np.cumsum(length[order]), length.sum() / 2)])
+    """Median thickness of the walls that are longer than they are thick."""
+    t = [float(w.thickness[0]) for w in walls if w.length[0] > 2 * w.thickness[0]]
+    return float(np.median(t)) if t else INNER_THICKNESS
+
+
+def _is_side_of_another(wall: Walls, others: list[Walls]) -> bool:
+    """Tell whether a short wall lies inside longer ones: the side of a pier or of a jamb."""
+    if wall.length[0] > 2 * wall.thickness[0]:
+        return False
+    share = np.linspace(0.1, 0.9, 5)[:, None]
+    spots = wall.p + share * (wall.q - wall.p)
+    inside = np.zeros(len(spots), dtype=bool)
+    for other in others:
+        if other.length[0] <= wall.length[0]:
+            continue
+        d, n = other.direction[0], other.normal[0]
+        along, across = (spots - other.p[0]) @ d, (spots - other.p[0]) @ n
+        inside |= (along >= 0) & (along <= other.length[0]) & (np.abs(across) <= other.thickness[0] / 2)
+    return bool(inside.mean() >= 0.7)
 
 
 def _wall(*, p: Floats, q: Floats, thickness: float, measured: bool, seen_left: bool, evidence: tuple[int, float, float, float]) -> Walls:
