@@ -2,33 +2,22 @@
 
 from __future__ import annotations
 
-import logging
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.model import Evidence, Opening, Storey, Wall
-from indoor_bim.plan.holes import blind_cell_states, cell_states, find_holes
+from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_holes
 from indoor_bim.plan.opening_edges import traces
 from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
-from indoor_bim.plan.relief import Relief, level_faces
-from indoor_bim.plan.wall_image import png_bytes, wall_image
-from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, picture_shape
-from indoor_bim.plan.wall_points import points_at_walls, rays_from_points
-from indoor_bim.plan.wall_rays import WallBox, WallRays, path_periods, rays_at_walls, sensor_positions
+from indoor_bim.wall_views import WallView, wall_views
 
 Floats = NDArray[np.float64]
 
-log = logging.getLogger(__name__)
-
 DECIMALS = 4  # tenths of a millimetre
+DARK_WINDOW = 1.3  # times larger than what rays show of it
 AROUND_HOLE = 0.6  # metres on either side of a hole that are looked at
-COARSEST_CELL, COARSEST_BLIND_CELL = 0.06, 0.10  # metres
-LONGEST_STAND = 3600.0  # seconds that a scanner measures from its last standpoint
-LEAF_REACH = 1.3  # metres before a face: where the leaves of doors stand
-FINEST_TOLERANCE, COARSEST_TOLERANCE = 0.03, 0.08  # metres
 
 
 def find_openings(
@@ -68,175 +57,71 @@ def find_openings(
     Storey
         The storey with openings in its walls.
     """
+    bounds = {
+        "min_door_width": min_door_width,
+        "max_door_width": max_door_width,
+        "min_door_height": min_door_height,
+        "max_door_height": max_door_height,
+        "frame": frame,
+    }
     found: dict[str, list[FoundOpening]] = {}
     for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time):
-        openings = []
-        states = blind_cell_states(view.picture) if view.blind else cell_states(view.picture)
-        for hole in find_holes(*states, cell=view.picture.cell):
-            near = (view.rays.along > hole.start - AROUND_HOLE) & (view.rays.along < hole.end + AROUND_HOLE)
-            rays = view.rays.take(near)
-            opening = name_opening(
-                hole,
-                view.box,
-                rays,
-                traces(rays, tolerance=view.tolerance, through_depth=view.through_depth, both_faces=view.wall.thickness_measured),
-                view.around,
-                tolerance=view.tolerance,
-                through_depth=view.through_depth,
-                walked=view.walked,
-                blind=view.blind,
-                min_door_width=min_door_width,
-                max_door_width=max_door_width,
-                min_door_height=min_door_height,
-                max_door_height=max_door_height,
-                frame=frame,
-            )
-            if opening is not None and opening.confidence >= min_confidence:
-                openings.append(opening)
-        found[view.wall.id] = _without_overlap(openings)
+        by_edges = _named(view, find_holes(*blind_cell_states(view.picture), cell=view.picture.cell), blind=True, **bounds)
+        if view.blind:
+            openings = by_edges
+        else:
+            by_rays = _named(view, find_holes(*cell_states(view.picture), cell=view.picture.cell), blind=False, **bounds)
+            openings = _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window"])
+        found[view.wall.id] = _without_overlap([o for o in openings if o.confidence >= min_confidence])
     return replace(storey, walls=_with_openings(storey, found))
 
 
-def picture_png(view: WallView, wall: Wall | None = None) -> bytes:
-    """Picture of a wall as a PNG file.
-
-    Parameters
-    ----------
-    view : WallView
-        What the scan shows of it.
-    wall : Wall, optional
-        Wall whose openings are outlined; default: that of the view.
-    """
-    openings = (wall or view.wall).openings
-    return png_bytes(wall_image(view.picture, [(o.start, o.start + o.width, o.sill, o.sill + o.height) for o in openings]))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class WallView:
-    """Everything that the scan shows of one wall.
-
-    Parameters
-    ----------
-    wall : Wall
-        Wall of the model.
-    box : WallBox
-        Where it stands.
-    rays : WallRays
-        Rays at it, with corrected depths.
-    picture : WallPicture
-        Their picture.
-    relief : tuple of Relief
-        Relief of its faces.
-    around : ((n,), (n,), (n,)) float64
-        Points around it: along, across, up; metres.
-    walked : tuple of float
-        Places along it where the scanner was carried through, metres.
-    tolerance : float
-        Hits closer than this to a face are on it, metres.
-    through_depth : float
-        Rays that ended this far behind the nearer face went through, metres.
-    """
-
-    wall: Wall
-    box: WallBox
-    rays: WallRays
-    picture: WallPicture
-    relief: tuple[Relief, ...]
-    around: tuple[Floats, Floats, Floats]
-    walked: tuple[float, ...]
-    tolerance: float
-    through_depth: float
-    blind: bool
-
-
-def wall_views(
-    storey: Storey, points: Floats, *, trajectory: Floats | None = None, gps_time: Floats | None = None, max_thickness: float = 0.60
-) -> Iterator[WallView]:
-    """Collect what the scan shows of each wall.
-
-    Parameters
-    ----------
-    storey : Storey
-        Storey with walls.
-    points : (n, 3) float64
-        All points of the scan in model coordinates, metres.
-    trajectory : (m, 4) float64, optional
-        Path of the scanner: time in seconds, and x, y, z in model coordinates, metres.
-    gps_time : (n,) float64, optional
-        Time of each point, seconds.
-    max_thickness : float
-        Thickest wall, metres: rays that end farther behind a wall seen from one side went through it.
-
-    Yields
-    ------
-    WallView
-        One for each wall, in the order of the storey.
-    """
-    boxes = [WallBox(wall.axis[0], wall.axis[1], wall.thickness, wall.base, wall.height) for wall in storey.walls]
-    near = points_at_walls(boxes, points, reach=LEAF_REACH)
-    blind = trajectory is None or gps_time is None or not _is_timed(trajectory, gps_time)
-    if trajectory is None or gps_time is None or blind:
-        all_rays: list[WallRays | None] = [None] * len(boxes)
-    else:
-        all_rays = [*rays_at_walls(boxes, points, sensor_positions(trajectory, gps_time), path_periods(trajectory, gps_time))]
-    for wall, box, traced, around in zip(storey.walls, boxes, all_rays, near, strict=True):
-        rays = traced if traced is not None else rays_from_points(*around, thickness=wall.thickness, both_faces=wall.thickness_measured)
-        cell = cell_size(box, len(rays), largest=COARSEST_BLIND_CELL if blind else COARSEST_CELL)
-        corrected, scatter, relief = level_faces(rays, cell=cell, shape=picture_shape(box, cell=cell))
-        tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
-        if not wall.thickness_measured:
-            corrected = corrected.take(corrected.side == _seen_side(corrected, tolerance=tolerance))
-        through_depth = wall.thickness + tolerance if wall.thickness_measured else max_thickness
-        ahead = np.abs(around[1]) > wall.thickness / 2 + tolerance
-        picture = draw_picture(
-            box,
-            corrected,
-            tolerance=tolerance,
-            through_depth=through_depth,
-            cell=cell,
-            before=(around[0][ahead], around[2][ahead]),
+def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -> list[FoundOpening]:
+    """Openings among the holes of a wall."""
+    out = []
+    for hole in holes:
+        near = (view.rays.along > hole.start - AROUND_HOLE) & (view.rays.along < hole.end + AROUND_HOLE)
+        rays = view.rays.take(near)
+        opening = name_opening(
+            hole,
+            view.box,
+            rays,
+            traces(rays, tolerance=view.tolerance, through_depth=view.through_depth, both_faces=view.wall.thickness_measured),
+            view.around,
+            tolerance=view.tolerance,
+            through_depth=view.through_depth,
+            walked=view.walked,
+            blind=blind,
+            **bounds,
         )
-        yield WallView(wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), tolerance, through_depth, blind)
+        if opening is not None:
+            out.append(opening)
+    return out
 
 
-def _is_timed(trajectory: Floats, gps_time: Floats) -> bool:
-    """True where the path and the points have times on one clock."""
-    if len(trajectory) < 1 or not (np.isfinite(trajectory[:, 0]).all() and np.isfinite(gps_time).all()):
-        return False
-    begin, end = float(trajectory[0, 0]), float(trajectory[-1, 0])
-    slack = max(LONGEST_STAND, (end - begin) / max(len(trajectory) - 1, 1))
-    return bool(len(gps_time)) and float(gps_time.min()) > begin - slack and float(gps_time.max()) < end + slack
+def _with_dark_windows(by_rays: list[FoundOpening], by_edges: list[FoundOpening]) -> list[FoundOpening]:
+    """Add windows through which nothing came back: they take the place of the parts of them that were found by rays."""
+    out = list(by_rays)
+    for window in by_edges:
+        parts = [o for o in out if _overlap(o, window)]
+        if all(o.kind == "window" and o.edges_seen < 1 for o in parts) and sum(_area(o) for o in parts) * DARK_WINDOW < _area(window):
+            out = [o for o in out if o not in parts] + [window]
+    return out
 
 
-def _seen_side(rays: WallRays, *, tolerance: float) -> int:
-    """Side from which more hits lie on the face."""
-    face = np.abs(rays.depth) <= tolerance
-    return 1 if int((face & (rays.side == 1)).sum()) >= int((face & (rays.side == -1)).sum()) else -1
+def _area(o: FoundOpening) -> float:
+    return (o.end - o.start) * (o.top - o.bottom)
 
 
-def _walked_through(box: WallBox, trajectory: Floats | None) -> tuple[float, ...]:
-    """Places along a wall where the path crosses its centre line."""
-    if trajectory is None or len(trajectory) < 2:
-        return ()
-    dx, dy = box.direction
-    x, y = trajectory[:, 1] - box.start[0], trajectory[:, 2] - box.start[1]
-    along, across = x * dx + y * dy, y * dx - x * dy
-    level = trajectory[:, 3] - box.base
-    rows = np.flatnonzero((across[:-1] * across[1:] < 0) & (level[:-1] > 0) & (level[:-1] < box.height))
-    share = across[rows] / (across[rows] - across[rows + 1])
-    place = along[rows] + share * (along[rows + 1] - along[rows])
-    step = np.hypot(np.diff(x)[rows], np.diff(y)[rows])
-    return tuple(float(p) for p in place[(place > 0) & (place < box.length) & (step < 1.0)])
+def _overlap(a: FoundOpening, b: FoundOpening) -> bool:
+    return min(a.end, b.end) > max(a.start, b.start) and min(a.top, b.top) > max(a.bottom, b.bottom)
 
 
 def _without_overlap(openings: list[FoundOpening]) -> list[FoundOpening]:
     """Openings that share no place, the more certain ones first, sorted along the wall."""
     kept: list[FoundOpening] = []
     for new in sorted(openings, key=lambda o: (-o.confidence, o.start, o.bottom)):
-        clash = any(
-            min(new.end, old.end) > max(new.start, old.start) and min(new.top, old.top) > max(new.bottom, old.bottom) for old in kept
-        )
-        if not clash:
+        if not any(_overlap(new, old) for old in kept):
             kept.append(new)
     return sorted(kept, key=lambda o: (o.start, o.bottom))
 

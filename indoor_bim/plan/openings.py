@@ -22,15 +22,20 @@ LOWEST_HIT = 0.08  # metres above the floor: lower points may be the floor's own
 THROUGH_SHARE = 0.04  # of the rays into a hole: fewer than these through it are stray
 GLASS_DENSITY = 0.4  # of the hits on the wall around: panes return fewer rays than that, the back of a niche all
 GLASS_INSET = 0.12  # metres next to the edges of a hole that frames and reveals take
+PANE_SHARE = 0.05  # of the rays: panes return about a tenth, stray points are a hundredth
+DEEPEST_PANE = 0.30  # metres behind a face
 RING = 0.3  # metres around a hole
+BLIND_PROOF = 0.6  # confidence at most of what is known by its edges alone
 WALKED_MARGIN = 0.10  # metres
 LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
 FEW = 3  # rays
+HIDDEN_SHARE = 0.2  # of the rays per area that go into a hole: fewer below it are stray
 HIDING_COLUMN = 0.05  # metres along a wall
-CLEAR_REACH = 0.4  # metres next to an edge where rays through a door tell its clear passage
-NARROWEST_FRAME = 0.045  # metres: width of a frame, less what rays at an angle leave out
+LEAF_REACH = 0.4  # metres next to an edge where the leaf of a closed door is looked at
+NARROWEST_FRAME = 0.025  # metres
+JAMB_REACH = 0.12  # metres
+JAMBS = ("start", "end")
 OUTWARD = {"start": -1, "end": 1, "top": 1}
-STRAY_RAYS = 5
 SMALLEST_STEP = 0.015  # metres between the front of a frame and the leaf in it
 LEAF_BAND = 0.2  # metres from the other edges of a door: where one of them is looked at
 ONE_LEAF = 1.35  # metres: no single leaf is wider
@@ -149,7 +154,8 @@ def name_opening(
         if closed and not _is_leaf(depth, wall):
             return None
         if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
-            kind = "window" if glass and width > max_door_width and not was_walked else "opening"
+            pane = _has_pane(hole, rays, tolerance=tolerance, thickness=wall.thickness)
+            kind = "window" if (glass or pane) and width > max_door_width and not was_walked else "opening"
         else:
             kind = "door"
     else:
@@ -157,13 +163,13 @@ def name_opening(
             return None
         kind = "window"
     if kind == "door" and (leaves or closed):
-        framed = _with_frame(edges, rays, tolerance=tolerance, through_depth=through_depth, closed=closed or blind, frame=frame)
+        framed = _with_frame(edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed, frame=frame)
         start, end, top = max(framed["start"], 0.0), min(framed["end"], wall.length), min(framed["top"], wall.height)
     seen = [edges["start"].seen, edges["end"].seen, edges["top"].seen or to_ceiling, edges["bottom"].seen or to_floor]
     if blind and not all(seen):
         return None
     seen_share = float(np.mean(seen))
-    proof = 0.6 if blind else 1.0 if was_walked else 0.9 if is_through else 0.7
+    proof = BLIND_PROOF if blind else 1.0 if was_walked else 0.9 if is_through else 0.7
     confidence = proof * (1 - np.exp(-len(depth) / 50)) * (0.4 + 0.6 * seen_share)
     sides = len(np.unique(rays.side[inside]))
     return FoundOpening(kind, start, end, bottom, top, leaves, closed, float(confidence), len(depth), seen_share, sides)
@@ -177,7 +183,7 @@ def leaf_count(found: FoundOpening) -> int:
 
 
 def _reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
-    """True where below the hole rays went in rather than hit a face; where neither is seen, unless something hides it."""
+    """True where below the hole no face was hit, unless something hides it and hardly a ray went in there."""
     if hole.bottom < THRESHOLD:
         return True
     inset = min(0.1, hole.width / 4)
@@ -188,11 +194,14 @@ def _reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats
 
     hits = int(below(where.face_along, where.face_up).sum())
     entered = int(below(where.open_along, where.open_up).sum())
-    if hits + entered >= FEW:
-        return hits <= entered
+    if hits >= FEW and hits > entered:
+        return False
     before = below(around[0], around[2]) & (np.abs(around[1]) > thickness / 2 + LEAF_SPREAD)
     columns = np.unique(np.floor((around[0][before] - start) / HIDING_COLUMN))
-    return len(columns) * HIDING_COLUMN < (end - start) / 2
+    if len(columns) * HIDING_COLUMN < (end - start) / 2:
+        return True
+    inside = (where.open_along > start) & (where.open_along < end) & (where.open_up > hole.bottom) & (where.open_up < hole.top)
+    return entered / (high - low) > HIDDEN_SHARE * int(inside.sum()) / hole.height
 
 
 def _is_leaf(depth: NDArray, wall: WallBox) -> bool:
@@ -215,8 +224,16 @@ def _is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) ->
     return int(inside.sum()) / area < GLASS_DENSITY * int(ring.sum()) / ring_area
 
 
+def _has_pane(hole: Hole, rays: WallRays, *, tolerance: float, thickness: float) -> bool:
+    """True where some of the rays into the middle of a hole ended within the wall: on glass, mullions or transoms."""
+    inset = min(GLASS_INSET, hole.width / 4, hole.height / 4)
+    inside = (rays.depth > tolerance) & (rays.along > hole.start + inset) & (rays.along < hole.end - inset)
+    inside &= (rays.up > hole.bottom + inset) & (rays.up < hole.top - inset)
+    return int(inside.sum()) > 0 and float((rays.depth[inside] < max(thickness, DEEPEST_PANE)).mean()) > PANE_SHARE
+
+
 def _with_frame(
-    edges: dict[str, Edge], rays: WallRays, *, tolerance: float, through_depth: float, closed: bool, frame: float
+    edges: dict[str, Edge], rays: WallRays, *, tolerance: float, thickness: float, closed: bool, frame: float
 ) -> dict[str, float]:
     """Start, end and top of a door with its frame.
 
@@ -224,16 +241,14 @@ def _with_frame(
     it was told from the face by its depth, or lies in the plane of the face and has the given width.
     """
     level = (rays.up > LEAF_BAND) & (rays.up < edges["top"].place - LEAF_BAND)
-    entered = level & (rays.depth > tolerance)
-    through = level & (rays.depth > through_depth)
-    middle = (rays.along + rays.along_far) / 2
     hole = {name: edges[name].place - outward * edges[name].frame for name, outward in OUTWARD.items()}
-    inward = {name: (hole[name] - rays.along) * OUTWARD[name] for name in ("start", "end")}
     if closed:
-        in_hole = any(_steps_back(inward[name][entered], rays.depth[entered]) for name in ("start", "end"))
+        entered = level & (rays.depth > tolerance)
+        in_hole = any(_steps_back((hole[name] - rays.along[entered]) * OUTWARD[name], rays.depth[entered]) for name in JAMBS)
     else:
-        clear = [_clearance(((hole[name] - middle) * OUTWARD[name])[through]) for name in ("start", "end")]
-        in_hole = float(np.mean(clear)) > NARROWEST_FRAME
+        within = level & (rays.depth > thickness / 4) & (rays.depth < thickness * 3 / 4)
+        jambs = [_jamb_surface((hole[name] - rays.along_end[within]) * OUTWARD[name]) for name in JAMBS]
+        in_hole = float(np.mean(jambs)) > NARROWEST_FRAME
     if in_hole:
         return hole
     told = [edges[name].frame for name in OUTWARD if edges[name].frame > 0]
@@ -241,15 +256,15 @@ def _with_frame(
     return {name: hole[name] + outward * (edges[name].frame or usual) for name, outward in OUTWARD.items()}
 
 
-def _clearance(inward: NDArray) -> float:
-    """Distance from an edge at which rays begin to pass through a door; 0 where too few are seen."""
-    near = np.sort(inward[np.abs(inward) < CLEAR_REACH])
-    return float(near[max(STRAY_RAYS, len(near) // 100)]) if len(near) > 10 * STRAY_RAYS else 0.0
+def _jamb_surface(inward: NDArray) -> float:
+    """Distance from an edge of the face to the surface of the jamb in the depth of the wall; 0 where too little was seen."""
+    near = inward[np.abs(inward) < JAMB_REACH]
+    return float(np.median(near)) if len(near) >= 10 else 0.0
 
 
 def _steps_back(inward: NDArray, depth: NDArray) -> bool:
     """True where the strip next to an edge stands before the leaf of a closed door."""
-    strip, leaf = depth[(inward > 0) & (inward < 0.04)], depth[(inward > 0.12) & (inward < CLEAR_REACH)]
+    strip, leaf = depth[(inward > 0) & (inward < 0.04)], depth[(inward > 0.12) & (inward < LEAF_REACH)]
     if len(strip) < 10 or len(leaf) < 10:
         return False
     return float(np.median(leaf)) - float(np.median(strip)) > SMALLEST_STEP

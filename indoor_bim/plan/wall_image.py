@@ -62,7 +62,7 @@ def wall_image(picture: WallPicture, openings: Iterable[tuple[float, float, floa
 
 
 def png_bytes(image: Bytes) -> bytes:
-    """Encode an RGB image as PNG (ISO/IEC 15948).
+    r"""Encode an RGB image as PNG (ISO/IEC 15948).
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def png_bytes(image: Bytes) -> bytes:
     Examples
     --------
     >>> png_bytes(np.zeros((1, 1, 3), dtype=np.uint8))[:4]
-    b'\\x89PNG'
+    b'\x89PNG'
     """
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
         raise ValueError(f"expected an image of shape (height, width, 3) and type uint8, got {image.shape} and {image.dtype}")
