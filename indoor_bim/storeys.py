@@ -10,7 +10,7 @@ from indoor_bim.plan.collinear import merge_collinear
 from indoor_bim.plan.graph import join_walls
 from indoor_bim.plan.hull import building_hull, looks_outside
 from indoor_bim.plan.joints import footprints
-from indoor_bim.plan.rooms import observed_share, room_polygons
+from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.walls import Walls, walls_from_faces
 
@@ -63,7 +63,7 @@ def storey_from_plan(
             walls = pair(outer=looks_outside(plan.faces, building_hull(enclosed)))
     walls, meetings = join_walls(merge_collinear(walls), snap=snap, far_snap=far_snap)
     outlines = footprints(walls, meetings)
-    rooms = room_polygons(outlines)
+    rooms = known_rooms(plan.rooms, outlines) if plan.rooms else room_polygons(outlines)
     seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]
     kept = [k for k in range(len(rooms)) if seen[k] >= SMALLEST_SHARE_SEEN]
     warnings = list(plan.warnings)

@@ -15,7 +15,7 @@ from indoor_bim.plan.collinear import merge_collinear
 from indoor_bim.plan.graph import join_walls, wall_graph
 from indoor_bim.plan.joints import footprints
 from indoor_bim.plan.raster import Raster, count_raster
-from indoor_bim.plan.rooms import observed_share, room_polygons
+from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
 from indoor_bim.plan.walls import Walls, walls_from_faces
 
 
@@ -161,3 +161,18 @@ def test_walls_keep_their_evidence_when_they_are_joined():
     assert len(one) == 1
     assert one.support.tolist() == [40]
     assert one.length == pytest.approx([5.0])
+
+
+def test_known_rooms_get_the_faces_of_their_walls():
+    _, _, outlines, _ = plan_of(faces_of_rooms(*TWO_ROOMS))
+    known = [shapely.box(0.02, 0.01, 3.99, 3.02), shapely.box(4.1, 0, 9, 3)]
+    rooms = known_rooms(known, outlines)
+    assert [round(room.area, 3) for room in rooms] == [12.0, 14.64]
+
+
+def test_a_known_room_that_walls_leave_open_keeps_its_outline():
+    faces = faces_of_rooms(*TWO_ROOMS)
+    _, _, outlines, _ = plan_of(faces.take(~((faces.p[:, 0] == 0) & (faces.q[:, 0] == 0))))
+    rooms = known_rooms([shapely.box(-0.5, 0, 4, 3), shapely.box(4.12, 0, 9, 3)], outlines)
+    assert rooms[0].area == pytest.approx(13.5, abs=0.1)
+    assert overlap_area([*rooms, *outlines]) < 1e-4

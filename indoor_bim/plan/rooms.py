@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ from indoor_bim.plan.raster import Raster
 if TYPE_CHECKING:
     import shapely
 
+SAME_ROOM = 0.8  # share of the larger area that two outlines of one room have in common at least
 GRID = 1e-6  # metres; the precision of plan coordinates
 
 
@@ -61,6 +63,41 @@ def room_polygons(
         if room.area >= min_area and not room.buffer(-min_width / 2).is_empty:
             rooms.append(room.simplify(0.001))
     return sorted(rooms, key=lambda room: tuple(np.round([*room.representative_point().coords[0], room.area], 4)))
+
+
+def known_rooms(known: Sequence[shapely.Polygon], footprints: list[shapely.Polygon], **limits: float) -> list[shapely.Polygon]:
+    """Rooms that a method knows, with the faces of the walls round them.
+
+    Where walls enclose a known room, the room is what they enclose; otherwise it keeps its outline, less the walls.
+
+    Parameters
+    ----------
+    known : sequence of shapely.Polygon
+        Free space of each room, metres.
+    footprints : list of shapely.Polygon
+        Outlines of the walls, metres.
+    **limits : float
+        Those of `room_polygons`.
+
+    Returns
+    -------
+    list of shapely.Polygon
+        One polygon for each known room that something is left of, in the order given.
+    """
+    import shapely
+
+    enclosed = room_polygons(footprints, **limits)
+    walls = shapely.union_all(footprints, grid_size=GRID)
+    rooms = []
+    for room in known:
+        same = [other for other in enclosed if other.intersection(room).area > SAME_ROOM * max(other.area, room.area)]
+        if same:
+            rooms.append(same[0])
+            continue
+        parts = [part for part in shapely.get_parts(shapely.difference(room, walls, grid_size=GRID)) if part.geom_type == "Polygon"]
+        if parts:
+            rooms.append(max(parts, key=lambda part: part.area))
+    return rooms
 
 
 def observed_share(polygon: shapely.Polygon, seen: Raster) -> float:
