@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
+from indoor_bim.cloud.extent import bounds
 from indoor_bim.cloud.filters import FEW_POINTS, radius_inliers, radius_inliers_by_tree
-from indoor_bim.cloud.radius_search import bounds, count_within
+from indoor_bim.cloud.radius_search import count_within
 from indoor_bim.filters import grid_radius_outlier_removal, statistical_outlier_removal
 
 RADII = (0.25, 0.1, 0.3, 1 / 3)

@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from indoor_bim.cloud.extent import bounds
+from indoor_bim.cloud.voxel_sums import sum_voxels
+from indoor_bim.cloud.voxels import FEW_POINTS, voxelise, voxelise_by_sorting
 from indoor_bim.filters import voxel_down_sample
 
 
@@ -35,6 +38,27 @@ def test_sorted_by_voxel_and_independent_of_order():
     cells = np.floor((thin - (points.min(axis=0) - 0.2)) / 0.4)
     assert np.array_equal(np.lexsort(cells.T[::-1]), np.arange(len(thin)))
     assert len(np.unique(cells, axis=0)) == len(thin)
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+@pytest.mark.parametrize("size", [0.002, 0.1, 50.0])
+def test_many_points_equal_their_twin_to_the_bit(columns, size):
+    points = np.random.default_rng(5).uniform(-3, 3, (2 * FEW_POINTS, columns)) ** 3 + 100
+    fast, slow = voxelise(points, voxel_size=size), voxelise_by_sorting(points, voxel_size=size)
+    assert np.array_equal(fast.mean, slow.mean)
+    assert np.array_equal(fast.count, slow.count)
+    assert np.array_equal(fast.of_point, slow.of_point)
+    assert voxelise(points, voxel_size=size, members=False).of_point is None
+
+
+def test_the_number_of_threads_does_not_matter():
+    points = np.random.default_rng(6).uniform(-3, 3, (30_000, 3))
+    low = bounds(points)[0]
+    strides = np.array([10**6, 10**3, 1])
+    single = sum_voxels(points, low=low, voxel_size=0.05, strides=strides, threads=1)
+    for threads in (2, 3, 8):
+        for one, other in zip(single, sum_voxels(points, low=low, voxel_size=0.05, strides=strides, threads=threads), strict=True):
+            assert np.array_equal(one, other)
 
 
 def test_plan_points():

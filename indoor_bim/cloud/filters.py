@@ -153,7 +153,8 @@ def radius_inliers(points: NDArray[np.float64], *, nb_points: int, radius: float
     (n,) bool
     """
     if len(points) > FEW_POINTS:
-        from indoor_bim.cloud.radius_search import bounds, count_within
+        from indoor_bim.cloud.extent import bounds
+        from indoor_bim.cloud.radius_search import count_within
 
         low, high = bounds(points)
         finite_bounds = bool(np.isfinite(high - low).all())

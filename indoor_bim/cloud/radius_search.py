@@ -14,13 +14,12 @@ from numba import types
 from numpy.typing import NDArray
 
 from indoor_bim.cloud.compiled import compiled, inlined
-from indoor_bim.cloud.threads import even_slices, in_threads, thread_count
+from indoor_bim.cloud.threads import even_slices, in_threads, threads_for
 
 FREE = np.int64(-1)
 FIRST_SLOTS = 1024
 HASH = np.uint64(0x9E3779B97F4A7C15)
 ONE = np.uint64(1)
-POINTS_PER_THREAD = 50_000
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _i64, _u64, _u32, _u8, _bool = (types.Array(kind, 1, "C") for kind in (types.int64, types.uint64, types.uint32, types.uint8, types.bool_))
@@ -28,25 +27,6 @@ _f64 = types.Array(types.float64, 1, "C")
 _xyz = types.Array(types.float64, 2, "C")
 _decision = (types.int64, types.float64)
 _block_table, _mask_table = types.Array(types.uint8, 2, "C"), types.Array(types.uint64, 2, "C")
-
-
-def bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Smallest and largest coordinates; not finite where a coordinate is not.
-
-    Parameters
-    ----------
-    points : (n, 2 or 3) float64
-        At least one point.
-
-    Returns
-    -------
-    low, high : (2 or 3,) float64
-    """
-    points = np.ascontiguousarray(points)
-    threads = _threads_for(points)
-    corners = np.array(in_threads(lambda part: _extent(points[part]), even_slices(len(points), threads), threads=threads))
-    dimensions = points.shape[1]
-    return corners[:, 0, :dimensions].min(axis=0), corners[:, 1, :dimensions].max(axis=0)
 
 
 def count_within(
@@ -80,7 +60,7 @@ def count_within(
     -------
     (n,) bool
     """
-    threads = _threads_for(points) if threads is None else threads
+    threads = threads_for(len(points)) if threads is None else threads
     low, high = (np.append(corner, [0.0] * (3 - len(corner))) for corner in (low, high))
     inverse = np.sqrt(points.shape[1]) / (radius * (1 - rounding))
     # an empty block on every side, so that a neighbour's key never wraps around
@@ -141,10 +121,6 @@ def _cells_of(points: NDArray[np.float64], *, low: NDArray[np.float64], inverse:
     ordered = np.zeros((len(points), 4))
     in_threads(lambda k: _sort(points[parts[k]], cell[parts[k]], place[k], parts[k].start, ordered), every, threads=threads)
     return _Cells(ordered, starts, keys, occupied, first_cell)
-
-
-def _threads_for(points: NDArray[np.float64]) -> int:
-    return max(1, min(thread_count(), len(points) // POINTS_PER_THREAD))
 
 
 def _blocks_of(
@@ -218,26 +194,6 @@ def _ones(word):  # type: ignore[no-untyped-def]
     word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
     word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
     return (word * np.uint64(0x0101010101010101)) >> np.uint64(56)
-
-
-@compiled(_points)
-def _extent(points):  # type: ignore[no-untyped-def]
-    """Smallest and largest coordinates (2, 3); NaN where any coordinate is not finite."""
-    corners = np.zeros((2, 3))
-    finite = True
-    flat = points.shape[1] == 2
-    x0 = y0 = z0 = np.inf
-    x1 = y1 = z1 = -np.inf
-    for i in range(len(points)):
-        x, y, z = points[i, 0], points[i, 1], 0.0 if flat else points[i, 2]
-        finite &= (abs(x) < np.inf) & (abs(y) < np.inf) & (abs(z) < np.inf)
-        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
-        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
-    if not finite:
-        return np.full((2, 3), np.nan)
-    corners[0, 0], corners[0, 1], corners[0, 2] = x0, y0, z0
-    corners[1, 0], corners[1, 1], corners[1, 2] = x1, y1, z1
-    return corners
 
 
 @compiled(_points, _f64, types.float64, _i64, types.int64, types.int64, _i64, _u32, _u32, _u8, _u64)

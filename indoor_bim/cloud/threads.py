@@ -11,12 +11,13 @@ Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
 
 MOST_THREADS = 8
+POINTS_PER_THREAD = 50_000
 
 
-def thread_count() -> int:
-    """Processors that this process may use, at most `MOST_THREADS`."""
+def threads_for(points: int) -> int:
+    """Threads for a number of points: as many as this process may use processors, at most `MOST_THREADS`, one for few points."""
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(usable, MOST_THREADS)
+    return max(1, min(usable, MOST_THREADS, points // POINTS_PER_THREAD))
 
 
 def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, threads: int) -> list[Outcome]:

@@ -8,13 +8,15 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.grid import cell_keys
-from indoor_bim.cloud.open3d import LEGACY, TENSOR, as_points, kind_of
+from indoor_bim.cloud.open3d import ARRAY, LEGACY, TENSOR, as_points, kind_of
 
 if TYPE_CHECKING:
     import open3d as o3d
 
 RESOLUTION = 2.0**32
+MOST_VOXELS = 2.0**62
+FEW_POINTS = 20_000
+"""So many points are sorted, sooner than the compiled sums are loaded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,13 +29,13 @@ class Voxels:
         Mean of the points in each voxel.
     count : (k,) int64
         Number of points in each voxel.
-    of_point : (n,) int64
+    of_point : (n,) int64, optional
         Voxel of each point.
     """
 
     mean: NDArray[np.float64]
     count: NDArray[np.int64]
-    of_point: NDArray[np.int64]
+    of_point: NDArray[np.int64] | None
 
 
 @overload
@@ -71,9 +73,9 @@ def voxel_down_sample(pcd: Any, voxel_size: float) -> Any:
     >>> voxel_down_sample(np.array([[2.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.25, 0.0, 0.0]]), 1.0).tolist()
     [[0.125, 0.0, 0.0], [2.0, 0.0, 0.0]]
     """
-    points = as_points(pcd)
-    voxels = voxelise(points, voxel_size=voxel_size)
-    kind = kind_of(pcd)
+    points, kind = as_points(pcd), kind_of(pcd)
+    bare = kind == ARRAY or (kind == LEGACY and not (pcd.has_colors() or pcd.has_normals()))
+    voxels = voxelise(points, voxel_size=voxel_size, members=not bare)
     if kind == LEGACY:
         return _legacy(pcd, voxels)
     if kind == TENSOR:
@@ -81,7 +83,7 @@ def voxel_down_sample(pcd: Any, voxel_size: float) -> Any:
     return voxels.mean
 
 
-def voxelise(points: NDArray[np.float64], *, voxel_size: float) -> Voxels:
+def voxelise(points: NDArray[np.float64], *, voxel_size: float, members: bool = True) -> Voxels:
     """Sort points into voxels; see `voxel_down_sample`.
 
     Means are summed in steps of 2**-32 voxel, so that the sums are exact and no order of the points shows.
@@ -92,6 +94,8 @@ def voxelise(points: NDArray[np.float64], *, voxel_size: float) -> Voxels:
         Finite points.
     voxel_size : float
         Edge of a voxel, same unit.
+    members : bool
+        Whether `Voxels.of_point` is wanted.
 
     Returns
     -------
@@ -105,24 +109,44 @@ def voxelise(points: NDArray[np.float64], *, voxel_size: float) -> Voxels:
     if not (voxel_size > 0 and np.isfinite(voxel_size)):
         raise ValueError(f"expected a finite voxel_size above 0, got {voxel_size}")
     if len(points) == 0:
-        return Voxels(np.zeros(points.shape), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
-    low = points.min(axis=0) - 0.5 * voxel_size
-    high = points.max(axis=0)
-    if not np.isfinite(high - low).all():
-        raise ValueError("expected finite coordinates: remove points that are not finite first")
+        return Voxels(points.copy(), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
+    if len(points) <= FEW_POINTS:
+        return voxelise_by_sorting(points, voxel_size=voxel_size, members=members)
+    from indoor_bim.cloud.extent import bounds
+    from indoor_bim.cloud.voxel_sums import sum_voxels, voxel_of_points
+
+    low, strides = _grid(*bounds(points), voxel_size=voxel_size)
+    keys, count, mean = sum_voxels(points, low=low, voxel_size=voxel_size, strides=strides)
+    of_point = voxel_of_points(points, low=low, voxel_size=voxel_size, strides=strides, keys=keys) if members else None
+    return Voxels(mean, count, of_point)
+
+
+def voxelise_by_sorting(points: NDArray[np.float64], *, voxel_size: float, members: bool = True) -> Voxels:
+    """Twin of `voxelise` in numpy: slower, for few points."""
+    low, strides = _grid(points.min(axis=0), points.max(axis=0), voxel_size=voxel_size)
     place = (points - low) / voxel_size
     floor = np.floor(place)
-    cells = floor.astype(np.int64)
-    key = cell_keys(cells, cells.max(axis=0) + 1)
-    _, first, of_point, count = np.unique(key, return_index=True, return_inverse=True, return_counts=True)
-    place -= floor
-    steps = np.rint(place * RESOLUTION)
+    _, first, of_point, count = np.unique(floor.astype(np.int64) @ strides, return_index=True, return_inverse=True, return_counts=True)
+    steps = np.rint((place - floor) * RESOLUTION)
     inside = np.stack([np.bincount(of_point, column) for column in steps.T], axis=1) / (RESOLUTION * count[:, None])
-    return Voxels(low + voxel_size * (floor[first] + inside), count, of_point)
+    return Voxels(low + voxel_size * (floor[first] + inside), count, of_point if members else None)
+
+
+def _grid(low: NDArray[np.float64], high: NDArray[np.float64], *, voxel_size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Lower corner of the grid and the differences of the keys of voxels side by side along each axis."""
+    low = low - 0.5 * voxel_size
+    if not np.isfinite(high - low).all():
+        raise ValueError("expected finite coordinates: remove points that are not finite first")
+    size = np.floor((high - low) / voxel_size) + 1
+    if float(np.prod(size)) >= MOST_VOXELS:
+        raise ValueError("the grid is too fine for the extent of the points: take larger cells or leave out stray points")
+    return low, np.append(np.cumprod(size[:0:-1].astype(np.int64))[::-1], 1)
 
 
 def _average(values: NDArray[Any], voxels: Voxels, *, unit_length: bool) -> NDArray[Any]:
     """Mean of an attribute in each voxel."""
+    if voxels.of_point is None:
+        raise ValueError("expected voxels that know their points")
     columns = values.reshape(len(values), -1).astype(np.float64)
     mean = np.stack([np.bincount(voxels.of_point, column, len(voxels.count)) for column in columns.T], axis=1) / voxels.count[:, None]
     if unit_length:
