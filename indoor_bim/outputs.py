@@ -11,13 +11,13 @@ from typing import Any
 from indoor_bim.config import to_toml
 from indoor_bim.errors import ConfigError, WriteError
 from indoor_bim.export.files import write_text
-from indoor_bim.export.registry import write
+from indoor_bim.export.plan_style import PlanStyle, Underlay
+from indoor_bim.export.registry import KINDS, write
 from indoor_bim.model import Building
 from indoor_bim.params import Params
 
-FILES: Mapping[str, str] = MappingProxyType(
-    {"ifc": "model.ifc", "obj": "model.obj", "ply": "model.ply", "svg": "plan.svg", "json": "model.json"}
-)
+PLANS = ("svg", "dxf", "pdf", "png")
+FILES: Mapping[str, str] = MappingProxyType({kind: f"{'plan' if kind in PLANS else 'model'}{ending}" for kind, ending in KINDS.items()})
 
 
 def prepare_folder(folder: str | Path, *, formats: Sequence[str]) -> Path:
@@ -49,7 +49,14 @@ def prepare_folder(folder: str | Path, *, formats: Sequence[str]) -> Path:
 
 
 def write_outputs(
-    building: Building, folder: Path, *, formats: Sequence[str], params: Params, derived: Mapping[str, Any], scan: Path | None
+    building: Building,
+    folder: Path,
+    *,
+    formats: Sequence[str],
+    params: Params,
+    derived: Mapping[str, Any],
+    scan: Path | None,
+    underlays: Mapping[str, Underlay] | None = None,
 ) -> tuple[Path, ...]:
     """Write the model in every format, and the parameters that made it.
 
@@ -67,6 +74,8 @@ def write_outputs(
         Values derived from the scan, by ``stage.name``.
     scan : path, optional
         Scan file, to note its checksum.
+    underlays : mapping of str to Underlay, optional
+        Pictures of the scan to lie under the plans, by the identifier of the storey.
 
     Returns
     -------
@@ -78,12 +87,42 @@ def write_outputs(
     header = [f"indoor-bim {__version__}, method {building.method}", f"scan {building.source}"]
     if scan is not None:
         header.append(f"sha256 {_checksum(scan)}")
-    paths = [folder / FILES[name] for name in FILES if name in formats]
+    paths = list(dict.fromkeys(folder / FILES[name] for name in FILES if name in formats))
+    style = plan_style(params, underlays or {})
     for path in paths:
-        write(building, path)
+        write(building, path, schema=params.ifc.version, style=style)
     settings = folder / "params.toml"
     write_text(settings, to_toml(params, header=header, derived=derived))
     return (*paths, settings)
+
+
+def failed_checks(folder: Path) -> tuple[str, ...]:
+    """Check the IFC file of a run, if there is one, against everything but the slow rules of its schema.
+
+    Parameters
+    ----------
+    folder : path
+        Folder that `write_outputs` wrote to.
+
+    Returns
+    -------
+    tuple of str
+        A sentence for each rule that the file breaks.
+    """
+    path = folder / FILES["ifc"]
+    if not path.exists():
+        return ()
+    from indoor_bim.quality.check import check_ifc
+
+    findings = check_ifc(path, rules=False).findings
+    rules = dict.fromkeys(finding.rule for finding in findings)
+    return tuple(f"{path.name} does not keep to the rule {rule!r}: {next(f.message for f in findings if f.rule == rule)}" for rule in rules)
+
+
+def plan_style(params: Params, underlays: Mapping[str, Underlay]) -> PlanStyle:
+    """Choices for drawing plans, from the parameters and pictures of the scan by the identifier of the storey."""
+    drawing = params.drawing
+    return PlanStyle(drawing.scale, drawing.paper, drawing.theme, underlays)
 
 
 def _checksum(path: Path) -> str:

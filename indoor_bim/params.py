@@ -92,6 +92,42 @@ class OpeningParams(Stage):
     )
 
 
+class IfcParams(Stage):
+    """The IFC file."""
+
+    version: Literal["IFC4", "IFC4X3"] = Field("IFC4", description="Schema of the file; IFC4 is read by most programs.")
+
+
+class DrawingParams(Stage):
+    """Floor plans: SVG, PDF, PNG and DXF."""
+
+    scale: int | None = Field(
+        None, ge=1, le=100_000, description="Denominator of the scale, 100 for 1:100; none: the largest usual one that serves."
+    )
+    paper: Literal["A4", "A3", "A2", "A1", "A0"] | None = Field(None, description="Size of the sheet; none: the smallest that serves.")
+    theme: Literal["print", "dark"] = Field("print", description="Colours.")
+    underlay: bool = Field(False, description="Lay a picture of the scan under the plan.")
+
+
+class HousesParams(Stage):
+    """Houses of an outdoor scan."""
+
+    storey_height: float = Field(3.0, gt=1, le=10, description="Usual height of a storey in metres.")
+    least_area: float = Field(8.0, gt=0, le=10000, description="Smallest footprint of a house in square metres.")
+    least_coverage: float = Field(0.3, ge=0, le=1, description="Least share of an outline along which a wall was seen.")
+    right_angles: bool = Field(True, description="Square up walls whose directions agree with a right angle within their uncertainty.")
+    terrain_spacing: float = Field(1.0, gt=0, le=100, description="Distance between the grid points of the ground in metres.")
+    spot_spacing: float = Field(10.0, gt=0, le=1000, description="Distance between spot heights in metres.")
+    spot_radius: float = Field(0.5, gt=0, le=100, description="Radius within which ground points make a spot height in metres.")
+    slice_low: float = Field(1.5, ge=0, le=50, description="Method topology: lower border of the slice above the ground in metres.")
+    slice_high: float = Field(1.7, gt=0, le=50, description="Method topology: upper border of the slice above the ground in metres.")
+    grid_size: float = Field(0.2, gt=0, le=5, description="Method topology: side of a grid cell in metres.")
+    neighbours: int = Field(8, ge=2, le=100, description="Method topology: number of nearest cells among which the outline goes on.")
+    angle_threshold: float = Field(
+        179.5, gt=90, le=180, description="Method topology: corners of a larger angle are left out of the outline, degrees."
+    )
+
+
 class SimulateParams(Stage):
     """A virtual scan; the defaults are those of a backpack with two spinning multi-line heads."""
 
@@ -132,6 +168,9 @@ class Params(Stage):
     read: ReadParams = ReadParams()
     slope: SlopeParams = SlopeParams()
     walls: WallParams = WallParams()
+    houses: HousesParams = HousesParams()
+    ifc: IfcParams = IfcParams()
+    drawing: DrawingParams = DrawingParams()
     openings: OpeningParams = OpeningParams()
 
 

@@ -74,7 +74,7 @@ def reconstruct(
     trajectory : path, (m, 4) array_like or False, optional
         Scanner path as t, x, y, z in scan coordinates; default: ``trajectory.csv`` beside the scan, if there is one.
     formats : sequence of str
-        What to write of "ifc", "obj", "svg", "json", "ply".
+        What to write of "ifc", "obj", "svg", "json", "ply", "gltf", "geojson", "dxf", "pdf", "png"; the last three need an extra.
     progress : callable, optional
         Called with the name of the stage and the share of it that is done.
 
@@ -96,7 +96,7 @@ def reconstruct(
     """
     if method not in METHODS:
         raise ConfigError(f'method: there is no "{method}"; expected one of {", ".join(sorted(METHODS))}')
-    from indoor_bim.outputs import prepare_folder, write_outputs
+    from indoor_bim.outputs import failed_checks, prepare_folder, write_outputs
 
     params = params or Params()
     folder = prepare_folder(out, formats=formats) if out is not None else None
@@ -117,14 +117,21 @@ def reconstruct(
     if failure is None and not any(storey.walls for storey in building.storeys):
         failure = NothingToReconstructError(f"{cloud.source}: found no wall; expected the scan of a building from inside.")
         building = _building(cloud, found, method=method, failure=failure)
-    result = Result(building, params, found.derived, stages.products, stages.timings, building.warnings)
+    doubts: tuple[str, ...] = ()
     if folder is not None:
         with stages("write"):
             file = Path(scan) if isinstance(scan, str | Path) else None
-            write_outputs(building, folder, formats=formats, params=params, derived=found.derived, scan=file)
+            underlays = {}
+            if params.drawing.underlay:
+                from indoor_bim.quality.density import scan_underlays
+
+                underlays = scan_underlays(building, cloud)
+            write_outputs(building, folder, formats=formats, params=params, derived=found.derived, scan=file, underlays=underlays)
+        with stages("check"):
+            doubts = failed_checks(folder)
     if failure is not None:
         raise failure
-    return result
+    return Result(building, params, found.derived, stages.products, stages.timings, (*building.warnings, *doubts))
 
 
 def _building(cloud: Cloud, found: Reconstruction, *, method: str, failure: NothingToReconstructError | None) -> Building:

@@ -112,7 +112,7 @@ def test_export_writes_the_kinds_asked_for(model: Path, tmp_path: Path, capsys: 
 def test_export_knows_its_kinds(model: Path, tmp_path: Path, capsys: Captured) -> None:
     before = sorted(tmp_path.iterdir())
     assert main(["export", str(model), "--to", "obj,docx"]) == 2
-    assert capsys.readouterr().err.startswith("error: --to obj,docx: no writer for docx; there are ifc, ")
+    assert capsys.readouterr().err.startswith("error: --to obj,docx: no writer for docx; there are dxf, geojson, ")
     assert sorted(tmp_path.iterdir()) == before
 
 

@@ -33,35 +33,53 @@ def compare(
 
 def export(
     model: Model,
-    to: Annotated[str, typer.Option("--to", metavar="KIND,...", help="Kinds of file: ifc, obj, ply, svg, json.")],
+    to: Annotated[
+        str, typer.Option("--to", metavar="KIND,...", help="Kinds of file: ifc, obj, ply, gltf, geojson, svg, dxf, pdf, png, json.")
+    ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="DIR", help="Folder for the files. Default: beside the model.")
+    ] = None,
+    schema: Annotated[str | None, typer.Option(metavar="IFC4|IFC4X3", help="Schema of the IFC file.")] = None,
+    scale: Annotated[str | None, typer.Option(metavar="N", help="Scale of the plans: 100 for 1:100. Default: what fits.")] = None,
+    paper: Annotated[str | None, typer.Option(metavar="A4...A0", help="Paper of the plans. Default: what fits.")] = None,
+    theme: Annotated[str | None, typer.Option(metavar="print|dark", help="Colours of the plans.")] = None,
+    underlay: Annotated[
+        Path | None, typer.Option(metavar="SCAN", help="Scan to lay under the plans, the one the model was made of.")
     ] = None,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
     """Write a model in other formats.
 
-    `indoor-bim export out/model.json --to ifc,svg`
+    `indoor-bim export out/model.json --to ifc,svg,dxf --schema IFC4X3 --scale 100`
     """
+    from indoor_bim.config import load_params
     from indoor_bim.errors import ConfigError
     from indoor_bim.export.json import read_json
-    from indoor_bim.export.registry import WRITERS, write
-    from indoor_bim.outputs import prepare_folder
+    from indoor_bim.export.registry import KINDS, write
+    from indoor_bim.outputs import plan_style, prepare_folder
 
     set_up_messages(quiet=quiet, verbose=verbose)
-    endings = list(dict.fromkeys("." + kind.strip().lower().lstrip(".") for kind in to.split(",") if kind.strip()))
-    unknown = [ending for ending in endings if ending not in WRITERS]
-    if unknown or not endings:
-        known = ", ".join(ending[1:] for ending in sorted(WRITERS))
-        raise ConfigError(f"--to {to}: {'no writer for ' + unknown[0][1:] if unknown else 'names no kind of file'}; there are {known}")
+    kinds = [kind.strip().lower().lstrip(".") for kind in to.split(",") if kind.strip()]
+    unknown = [kind for kind in kinds if kind not in KINDS]
+    if unknown or not kinds:
+        known = ", ".join(sorted(KINDS))
+        raise ConfigError(f"--to {to}: {'no writer for ' + unknown[0] if unknown else 'names no kind of file'}; there are {known}")
+    chosen = {"ifc.version": schema, "drawing.scale": scale, "drawing.paper": paper, "drawing.theme": theme}
+    params = load_params(sets=[f"{name}={value}" for name, value in chosen.items() if value is not None])
     building = read_json(model)
+    underlays = {}
+    if underlay is not None:
+        from indoor_bim.cloud.read import read
+        from indoor_bim.quality.density import scan_underlays
+
+        underlays = scan_underlays(building, read(underlay))
     folder = prepare_folder(output, formats=()) if output else model.parent
-    for ending in endings:
+    for ending in dict.fromkeys(KINDS[kind] for kind in kinds):
         path = folder / (model.stem + ending)
         if path.resolve() == model.resolve():
             continue
-        write(building, path)
+        write(building, path, schema=params.ifc.version, style=plan_style(params, underlays))
         say(str(path), quiet=quiet)
 
 
@@ -93,8 +111,21 @@ def check(
     if as_json:
         emit_json({"file": str(file), "valid": not faults, "checked": checked, "faults": faults})
     elif faults:
-        emit("\n".join(" ".join(f"{fault['rule']}: {fault['message']} {fault['entity']}".split()) for fault in faults))
+        emit(_fault_table(faults))
     elif not quiet:
         emit(f"{file}: valid ({', '.join(checked)})")
     if faults:
         raise ValidationError(f"{file}: {len(faults)} {'fault' if len(faults) == 1 else 'faults'}")
+
+
+def _fault_table(faults: list[dict[str, str]]) -> str:
+    """One row for each rule that is broken, with the first place where it is, and how often."""
+    rows: dict[str, list[dict[str, str]]] = {}
+    for fault in faults:
+        rows.setdefault(fault["rule"], []).append(fault)
+    width = max(len(rule) for rule in rows)
+    lines = [f"{'':8} {'count':>5}  {'rule':<{width}}  first"]
+    for rule, found in rows.items():
+        first = " ".join(f"{found[0]['message']} {found[0]['entity']}".split())
+        lines.append(f"{found[0]['severity']:8} {len(found):5}  {rule:<{width}}  {first}")
+    return "\n".join(lines)

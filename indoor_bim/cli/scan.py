@@ -34,7 +34,9 @@ def reconstruct(
     scan: Scan,
     output: Annotated[Path, typer.Option("--output", "-o", metavar="DIR", help="Folder for the results; made if missing.")],
     method: Annotated[str | None, typer.Option(metavar="NAME", help="Method of reconstruction, such as slope, the published one.")] = None,
-    to: Annotated[str, typer.Option(metavar="KIND,...", help="What to write of ifc, obj, ply, svg, json.")] = "ifc,obj,svg,json",
+    to: Annotated[
+        str, typer.Option(metavar="KIND,...", help="What to write of ifc, obj, ply, gltf, geojson, svg, dxf, pdf, png, json.")
+    ] = "ifc,obj,svg,json",
     trajectory: Trajectory = None,
     config: ConfigFile = None,
     set_: Settings = None,

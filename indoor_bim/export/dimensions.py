@@ -21,7 +21,7 @@ Side = Literal["bottom", "left", "top", "right"]
 
 _SIDES: tuple[Side, ...] = ("bottom", "left", "top", "right")
 _OPPOSITE: dict[Side, Side] = {"top": "bottom", "right": "left"}
-_FIRST_LINE, _LINE_SPACING = 9.0, 8.0
+FIRST_LINE, LINE_SPACING = 9.0, 8.0
 _GAP = 2.0
 _OVERSHOOT = 1.5
 _TICK = 1.0
@@ -64,30 +64,43 @@ def dimension_layer(storey: Storey, view: View) -> Layer:
     Layer
         Chains below and left of the plan, and above and right where they differ.
     """
-    bounds = plan_bounds(storey)
-    if bounds is None:
-        return Layer("dimensions", "Dimensions", ())
-    items: list[Item] = []
-    chains_by_side: dict[Side, list[float]] = {}
-    for side in _SIDES:
-        chain = wall_face_chain(storey, side)
-        chains_by_side[side] = chain
-        opposite = chains_by_side.get(_OPPOSITE[side], []) if side in _OPPOSITE else []
-        chains = [openings] if (openings := opening_chain(storey, side)) else []
-        if len(chain) == len(opposite) and all(abs(a - b) < _MERGE for a, b in zip(chain, opposite, strict=True)):
-            items += _side_items(storey, side, chains, view)
-            continue
-        chains += [chain] if len(chain) > 2 else []
+    items = (_side_items(storey, side, chains, view) for side, chains in side_chains(storey).items())
+    return Layer("dimensions", "Dimensions", tuple(item for side_items in items for item in side_items))
+
+
+def side_chains(storey: Storey) -> dict[Side, list[list[float]]]:
+    """Return the chains to draw beside each side of a plan, from the inside outwards.
+
+    Parameters
+    ----------
+    storey : Storey
+        Part of the model, metres.
+
+    Returns
+    -------
+    dict
+        Jambs of openings, wall faces and overall size, metres along the side; what the opposite side tells is left out.
+    """
+    if plan_bounds(storey) is None:
+        return {}
+    faces = {side: wall_face_chain(storey, side) for side in _SIDES}
+    chains: dict[Side, list[list[float]]] = {}
+    for side, chain in faces.items():
+        opposite = faces.get(_OPPOSITE[side], []) if side in _OPPOSITE else []
+        told = len(chain) == len(opposite) and all(abs(a - b) < _MERGE for a, b in zip(chain, opposite, strict=True))
+        jambs = opening_chain(storey, side)
+        chains[side] = [jambs] if jambs else []
+        if len(chain) > 2 and not told:
+            chains[side].append(chain)
         if side in ("bottom", "left"):
-            chains.append([chain[0], chain[-1]])
-        items += _side_items(storey, side, chains, view)
-    return Layer("dimensions", "Dimensions", tuple(items))
+            chains[side].append([chain[0], chain[-1]])
+    return chains
 
 
 def dimension_space(storey: Storey) -> float:
     """Return the room that the chains of a storey need on each side, millimetres."""
     most = max((2 + bool(opening_chain(storey, side)) for side in _SIDES), default=2)
-    return DIMENSION_SPACE + (most - 2) * _LINE_SPACING
+    return DIMENSION_SPACE + (most - 2) * LINE_SPACING
 
 
 def opening_chain(storey: Storey, side: Side) -> list[float]:
@@ -208,7 +221,7 @@ def _side_items(storey: Storey, side: Side, chains: Iterable[list[float]], view:
         return
     edge, far = _edge(side, walls, view), _edge(side, drawn, view)
     for number, chain in enumerate(chains):
-        distance = _FIRST_LINE + number * _LINE_SPACING
+        distance = FIRST_LINE + number * LINE_SPACING
         places = [view.point((position, position))[0 if side in ("bottom", "top") else 1] for position in chain]
         outwards = distance + abs(far - edge)
         rail = Rail(side, edge, outwards, _GAP if number == 0 else outwards - _OVERSHOOT)

@@ -16,7 +16,7 @@ from indoor_bim.model import Opening, Point2, Storey, Wall
 LEAST_COVERAGE = 0.2
 HATCH_SPACING, WIDE_HATCH_SPACING = 1.2, 2.4
 _GRID = 1e-6
-_LEAF_THICKNESS = 0.04
+LEAF_THICKNESS = 0.04
 _GLASS_GAP = 0.06
 _LEAST_GAP = 0.35
 _FACE_STRIP = 0.01
@@ -42,7 +42,7 @@ def drawn_bounds(storey: Storey) -> tuple[float, float, float, float] | None:
     bounds = plan_bounds(storey)
     if bounds is None:
         return None
-    tips = [point for wall in storey.walls for opening in wall.openings for leaf in _leaves(wall, opening) for point in leaf]
+    tips = [point for wall in storey.walls for opening in wall.openings for leaf in door_leaves(wall, opening) for point in leaf]
     corners = np.array([bounds[:2], bounds[2:], *tips])
     (x0, y0), (x1, y1) = corners.min(axis=0).tolist(), corners.max(axis=0).tolist()
     return x0, y0, x1, y1
@@ -63,7 +63,7 @@ def wall_layers(storey: Storey, view: View) -> Iterator[Layer]:
     Layer
         Bodies (one item per wall, named after it), hatch and outlines.
     """
-    bodies = {wall.id: _body(wall) for wall in storey.walls}
+    bodies = {wall.id: wall_body(wall) for wall in storey.walls}
     kinds = {wall.id: _wall_kind(wall) for wall in storey.walls}
     items = (Item(_area(bodies[wall.id], view, "wall-body"), kinds[wall.id], wall.id, _wall_title(wall)) for wall in storey.walls)
     yield Layer("walls", "Walls", tuple(items))
@@ -74,14 +74,7 @@ def wall_layers(storey: Storey, view: View) -> Iterator[Layer]:
     hatches = [_hatch(_union(measured), view, HATCH_SPACING), _hatch(_union(assumed), view, WIDE_HATCH_SPACING)]
     yield Layer("wall-hatch", "Wall hatch", tuple(Item((Stroke(lines, "hatch"),)) for lines in hatches if lines))
 
-    whole = _union(bodies.values())
-    supported = _union(bodies[wall.id] for wall in storey.walls if is_supported(wall))
-    border = whole.boundary or shapely.MultiLineString()
-    doubtful = border.difference(supported.buffer(10 * _GRID))
-    sure = border.difference(doubtful)
-    unseen = sure.intersection(_union(_unseen_face(wall) for wall in storey.walls))
-    outlines = [(sure.difference(unseen), "outline"), (unseen, "outline unseen"), (doubtful, "outline unsupported")]
-    drawn = ((_lines(shape, view), style) for shape, style in outlines)
+    drawn = ((merged_lines(view.shape(shape)), style) for style, shape in wall_outlines(storey).items())
     yield Layer("wall-outlines", "Wall outlines", tuple(Item((Stroke(lines, style),)) for lines, style in drawn if lines))
     yield Layer(
         "columns",
@@ -91,6 +84,28 @@ def wall_layers(storey: Storey, view: View) -> Iterator[Layer]:
             for column, shape in zip(storey.columns, columns, strict=True)
         ),
     )
+
+
+def wall_outlines(storey: Storey) -> dict[str, BaseGeometry]:
+    """Return the outlines of the walls of a storey, openings cut out, by their style.
+
+    Parameters
+    ----------
+    storey : Storey
+        Part of the model, metres.
+
+    Returns
+    -------
+    dict
+        Lines in metres: "outline" of what was seen, "outline unseen" of far faces, "outline unsupported" of doubtful walls.
+    """
+    bodies = {wall.id: wall_body(wall) for wall in storey.walls}
+    supported = _union(bodies[wall.id] for wall in storey.walls if is_supported(wall))
+    border = _union(bodies.values()).boundary or shapely.MultiLineString()
+    doubtful = border.difference(supported.buffer(10 * _GRID))
+    sure = border.difference(doubtful)
+    unseen = sure.intersection(_union(unseen_face(wall) for wall in storey.walls))
+    return {"outline": sure.difference(unseen), "outline unseen": unseen, "outline unsupported": doubtful}
 
 
 def opening_layers(storey: Storey, view: View) -> Iterator[Layer]:
@@ -124,7 +139,7 @@ def swing_areas(storey: Storey, view: View) -> list[BaseGeometry]:
     areas: list[BaseGeometry] = []
     for wall in storey.walls:
         for opening in wall.openings:
-            areas += [view.shape(_sector(hinge, tip, latch)) for hinge, tip, latch in _leaves(wall, opening)]
+            areas += [view.shape(_sector(hinge, tip, latch)) for hinge, tip, latch in door_leaves(wall, opening)]
     return areas
 
 
@@ -136,12 +151,13 @@ def _sector(hinge: Point2, tip: Point2, latch: Point2) -> shapely.Polygon:
     return shapely.Polygon([centre, *arc])
 
 
-def _body(wall: Wall) -> BaseGeometry:
+def wall_body(wall: Wall) -> BaseGeometry:
+    """Return the plan of a wall with its openings cut out, metres."""
     holes = shapely.union_all([shapely.Polygon(opening_region(wall, opening)) for opening in wall.openings])
     return region(wall.footprint).difference(holes)
 
 
-def _unseen_face(wall: Wall) -> BaseGeometry:
+def unseen_face(wall: Wall) -> BaseGeometry:
     """Narrow strip along the face of a wall that the scan did not show."""
     if wall.seen not in ("left", "right"):
         return shapely.Polygon()
@@ -179,9 +195,10 @@ def _area(shape: BaseGeometry, view: View, style: str) -> tuple[Mark, ...]:
     return (Stroke(tuple(sorted(tuple(ring.coords[:-1]) for ring in rings)), style, closed=True),)
 
 
-def _lines(shape: BaseGeometry, view: View) -> tuple[tuple[Point2, ...], ...]:
+def merged_lines(shape: BaseGeometry) -> tuple[tuple[Point2, ...], ...]:
+    """Return the corners of the lines of a shape, those that meet joined, in a fixed order."""
     lines = shapely.get_parts(shapely.line_merge(shapely.union_all(shapely.get_parts(shape))))
-    return tuple(sorted(tuple(line.coords) for line in shapely.get_parts(view.shape(shapely.MultiLineString(list(lines))))))
+    return tuple(sorted(tuple(line.coords) for line in lines if line.geom_type == "LineString"))
 
 
 def _hatch(shape: BaseGeometry, view: View, spacing: float) -> tuple[tuple[Point2, ...], ...]:
@@ -197,7 +214,7 @@ def _hatch(shape: BaseGeometry, view: View, spacing: float) -> tuple[tuple[Point
     return tuple(sorted(tuple(piece.coords) for piece in pieces if piece.geom_type == "LineString" and piece.length > 0.05))
 
 
-def _face_points(wall: Wall, opening: Opening, offset: float) -> tuple[Point2, Point2]:
+def jamb_points(wall: Wall, opening: Opening, offset: float) -> tuple[Point2, Point2]:
     """Jambs of an opening on a line beside the axis; a positive offset lies to its left."""
     origin, along, left = wall_frame(wall)
     a, b = (origin + s * along + offset * left for s in (opening.start, opening.start + opening.width))
@@ -205,16 +222,16 @@ def _face_points(wall: Wall, opening: Opening, offset: float) -> tuple[Point2, P
 
 
 def _across(wall: Wall, opening: Opening, view: View, offsets: Iterable[float], style: str) -> Stroke:
-    lines = (_face_points(wall, opening, offset) for offset in offsets)
+    lines = (jamb_points(wall, opening, offset) for offset in offsets)
     return Stroke(tuple((view.point(a), view.point(b)) for a, b in lines), style)
 
 
-def _leaves(wall: Wall, opening: Opening) -> Iterator[tuple[Point2, Point2, Point2]]:
+def door_leaves(wall: Wall, opening: Opening) -> Iterator[tuple[Point2, Point2, Point2]]:
     """Hinge, tip of the open leaf and latch of each leaf whose hinge and side are known, metres."""
     if opening.kind != "door" or opening.swing is None or opening.leaves == 0 or (opening.hinge is None and opening.leaves == 1):
         return
     side = 1.0 if opening.swing == "left" else -1.0
-    start, end = (np.array(p) for p in _face_points(wall, opening, side * wall.thickness / 2))
+    start, end = (np.array(p) for p in jamb_points(wall, opening, side * wall.thickness / 2))
     out = side * wall_frame(wall)[2] * opening.width / opening.leaves
     middle = (start + end) / 2
     pairs = [(start, middle), (end, middle)] if opening.leaves == 2 else [(start, end) if opening.hinge == "start" else (end, start)]
@@ -225,15 +242,15 @@ def _leaves(wall: Wall, opening: Opening) -> Iterator[tuple[Point2, Point2, Poin
 def _door(wall: Wall, opening: Opening, view: View) -> Iterator[Mark]:
     half = wall.thickness / 2
     yield _across(wall, opening, view, (-half, half), "threshold")
-    leaves = list(_leaves(wall, opening))
+    leaves = list(door_leaves(wall, opening))
     for hinge, tip, latch in leaves:
         radius = float(np.hypot(tip[0] - hinge[0], tip[1] - hinge[1]))
         turn = (tip[0] - hinge[0]) * (latch[1] - hinge[1]) - (tip[1] - hinge[1]) * (latch[0] - hinge[0])
         yield Stroke(((view.point(hinge), view.point(tip)),), "leaf")
         yield Arc(view.point(tip), view.point(latch), radius * view.mm_per_metre, turn < 0, "swing")
     if not leaves and opening.leaves:
-        offset = max(_LEAF_THICKNESS, 0.5 / view.mm_per_metre) / 2
-        (a, b), (d, c) = _face_points(wall, opening, -offset), _face_points(wall, opening, offset)
+        offset = max(LEAF_THICKNESS, 0.5 / view.mm_per_metre) / 2
+        (a, b), (d, c) = jamb_points(wall, opening, -offset), jamb_points(wall, opening, offset)
         yield Stroke((tuple(view.point(corner) for corner in (a, b, c, d)),), "closed-leaf", closed=True)
 
 

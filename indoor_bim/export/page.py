@@ -143,6 +143,20 @@ class View:
             float(self.place[1] - (y - self.middle[1]) * self.mm_per_metre),
         )
 
+    def model_point(self, place: Point2) -> Point2:
+        """Take a place on the paper back to the model.
+
+        Examples
+        --------
+        >>> View(100, (0.0, 0.0), (50.0, 50.0)).model_point((60.0, 30.0))
+        (1.0, 2.0)
+        """
+        x, y = place
+        return (
+            float(self.middle[0] + (x - self.place[0]) / self.mm_per_metre),
+            float(self.middle[1] - (y - self.place[1]) / self.mm_per_metre),
+        )
+
     def shape(self, shape: BaseGeometry) -> BaseGeometry:
         """Take a model shape to the paper."""
         factor = np.array([self.mm_per_metre, -self.mm_per_metre])

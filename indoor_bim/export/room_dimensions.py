@@ -13,7 +13,7 @@ from shapely.geometry.base import BaseGeometry
 from indoor_bim.export.marks import Item, Layer, Stroke, Text, text_width
 from indoor_bim.export.mesh import region
 from indoor_bim.export.page import View
-from indoor_bim.model import Room, Storey
+from indoor_bim.model import Point2, Room, Storey
 
 _LEAST_WIDTH, _LEAST_HEIGHT = 24.0, 20.0
 _FROM_WALL, _STEP, _TRIES = 4.0, 2.0, 6
@@ -26,9 +26,10 @@ _AT_WALL = 0.03
 
 @dataclass(frozen=True, slots=True)
 class RoomDimensions:
-    """Drawn dimensions, what they cover on paper, and the rooms whose length and width are both told."""
+    """Drawn dimensions, their lines in metres, what they cover on paper, and the rooms whose length and width are both told."""
 
     layer: Layer
+    lines: tuple[tuple[Point2, Point2], ...]
     covered: tuple[BaseGeometry, ...]
     rooms: frozenset[str]
 
@@ -69,6 +70,7 @@ def room_dimensions(storey: Storey, view: View, *, obstacles: list[BaseGeometry]
     walls = view.shape(shapely.union_all([region(wall.footprint) for wall in storey.walls])).buffer(_AT_WALL * view.mm_per_metre)
     items: list[Item] = []
     covered: list[BaseGeometry] = []
+    lines: list[tuple[Point2, Point2]] = []
     complete = set()
     for room in storey.rooms:
         shape = view.shape(region(room.outline.exterior, room.outline.holes))
@@ -86,9 +88,10 @@ def room_dimensions(storey: Storey, view: View, *, obstacles: list[BaseGeometry]
             drawn = drawn[:1]
         items += [_item(room, dimension) for dimension in drawn]
         covered += [dimension.covered for dimension in drawn]
+        lines += [_in_model(dimension.line, view) for dimension in drawn]
         if len(drawn) == 2:
             complete.add(room.id)
-    return RoomDimensions(Layer("room-dimensions", "Room dimensions", tuple(items)), tuple(covered), frozenset(complete))
+    return RoomDimensions(Layer("room-dimensions", "Room dimensions", tuple(items)), tuple(lines), tuple(covered), frozenset(complete))
 
 
 def _candidates(shape: BaseGeometry, view: View, taken: BaseGeometry, walls: BaseGeometry, *, upright: bool) -> Iterator[_Dimension]:
@@ -133,6 +136,11 @@ def _text(line: shapely.LineString, label: str, share: float, *, upright: bool) 
     if upright:
         return Text((place.x - _TEXT_OFFSET, place.y), label, _TEXT_SIZE, "middle", angle=-90.0, style="dimension-text")
     return Text((place.x, place.y - _TEXT_OFFSET), label, _TEXT_SIZE, "middle", style="dimension-text")
+
+
+def _in_model(line: shapely.LineString, view: View) -> tuple[Point2, Point2]:
+    (x0, y0), (x1, y1) = line.coords
+    return view.model_point((x0, y0)), view.model_point((x1, y1))
 
 
 def _item(room: Room, dimension: _Dimension) -> Item:

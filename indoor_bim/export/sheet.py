@@ -14,16 +14,29 @@ from indoor_bim.export.plan_style import USUAL, PlanStyle
 from indoor_bim.export.room_dimensions import room_dimensions
 from indoor_bim.export.room_tags import room_layer, room_tags
 from indoor_bim.export.title_block import blank_layer, notes_layer, title_layer
-from indoor_bim.model import Building, Storey
+from indoor_bim.model import Building, Point2, Storey
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """Drawn page."""
+    """Drawn page.
+
+    Parameters
+    ----------
+    page : Page
+        Sheet.
+    view : View or None
+        Way from the model to the sheet, if a plan is drawn.
+    layers : tuple of Layer
+        What lies on the sheet, in drawing order.
+    room_lines : tuple of (point, point)
+        Dimension lines inside rooms, metres.
+    """
 
     page: Page
     view: View | None
     layers: tuple[Layer, ...]
+    room_lines: tuple[tuple[Point2, Point2], ...] = ()
 
     @property
     def texts(self) -> list[Text]:
@@ -77,7 +90,7 @@ def draw_plan(building: Building, *, storey: str | None = None, style: PlanStyle
         notes_layer(building, shown, page, view, numbered=tags.numbered),
         title_layer(building, shown, page, view),
     )
-    return Plan(page, view, layers)
+    return Plan(page, view, layers, inner.lines)
 
 
 def find_storey(building: Building, id: str | None) -> Storey | None:

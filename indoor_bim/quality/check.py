@@ -101,7 +101,7 @@ def check_ifc(path: str | os.PathLike[str], *, rules: bool = True) -> CheckRepor
     else:
         findings += [Finding("error", rule.__name__, str(entity), message) for rule in RULES for entity, message in rule(file)]
         if find_spec("ifctester") is None:
-            _log.warning("%s: not checked against the deliverable: install ifctester for that.", name)
+            _log.warning("%s: not checked against the deliverable: pip install 'indoor-bim[ids]' for that.", name)
             checked.remove("deliverable")
         else:
             findings += _deliverable_findings(file)
