@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from indoor_bim import __version__
-from indoor_bim.cli import building, parameters, scan, virtual
+from indoor_bim.cli import building, houses, parameters, scan, virtual
 from indoor_bim.errors import IndoorBimError
 
 app = typer.Typer(
@@ -25,6 +25,7 @@ app = typer.Typer(
 
 app.command(rich_help_panel="Your scan")(scan.reconstruct)
 app.command(rich_help_panel="Your scan")(scan.info)
+app.command(rich_help_panel="Your scan")(houses.houses)
 app.command(rich_help_panel="Its model")(building.compare)
 app.command(rich_help_panel="Its model")(building.export)
 app.command(rich_help_panel="Its model")(building.check)

@@ -1,0 +1,80 @@
+"""All files of a village, in one folder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+
+from indoor_bim.errors import ConfigError, WriteError
+from indoor_bim.outdoor.model import Village
+from indoor_bim.params import Params
+
+FILES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
+    {
+        "geojson": ("footprints.geojson", "indoor_bim.export.footprints", "write_footprints"),
+    }
+)
+
+
+def prepare(folder: str | Path, *, formats: Sequence[str]) -> Path:
+    """Make the folder for the results, before anything is computed.
+
+    Parameters
+    ----------
+    folder : path
+        Folder to make or to use.
+    formats : sequence of str
+        What will be written; keys of `FILES`.
+
+    Raises
+    ------
+    ConfigError
+        If there is no such format.
+    WriteError
+        If the folder cannot be made.
+    """
+    unknown = [name for name in formats if name not in FILES]
+    if unknown:
+        raise ConfigError(f'formats: there is no "{unknown[0]}"; expected some of {", ".join(sorted(FILES))}')
+    path = Path(folder)
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise WriteError(f"{path}: cannot make this folder ({error.strerror}); name a folder you may write to.") from None
+    return path
+
+
+def write_outputs(village: Village, folder: Path, *, formats: Sequence[str], params: Params) -> tuple[Path, ...]:
+    """Write the village in every format, and the parameters that made it.
+
+    Parameters
+    ----------
+    village : Village
+        Houses, metres.
+    folder : path
+        Folder that exists.
+    formats : sequence of str
+        Keys of `FILES`.
+    params : Params
+        Parameters of the run.
+
+    Returns
+    -------
+    tuple of Path
+        The files written.
+    """
+    from indoor_bim import __version__
+    from indoor_bim.config import to_toml
+    from indoor_bim.export.files import write_text
+
+    paths = []
+    for name, (file, module, function) in FILES.items():
+        if name in formats:
+            writer: Callable[[Village, Path], None] = getattr(import_module(module), function)
+            writer(village, folder / file)
+            paths.append(folder / file)
+    settings = folder / "params.toml"
+    write_text(settings, to_toml(params, header=[f"indoor-bim {__version__}, houses, method {village.method}", f"scan {village.source}"]))
+    return (*paths, settings)
