@@ -1,0 +1,205 @@
+"""The default method: closed rooms and wall faces of every storey, with no parameter to set."""
+
+from __future__ import annotations
+
+import logging
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.cloud.cloud import LevelledCloud, StoreyLevels
+from indoor_bim.cloud.levels import thin
+from indoor_bim.plan import evidence as ev
+from indoor_bim.plan import face_lines as fl
+from indoor_bim.plan.cells import Cells, cell_image, cut_into_cells, label_cells
+from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.room_outlines import RoomOutline, room_outlines
+from indoor_bim.plan.segments import Segments
+from indoor_bim.plan.storey_plan import StoreyPlan
+
+logger = logging.getLogger(__name__)
+Floats = NDArray[np.float64]
+
+PIXEL = 0.025
+REACH = 1.5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AutoStages:
+    """What the method found on one storey, stage by stage."""
+
+    lines: fl.FaceLines
+    cells: Cells
+    room: NDArray[np.bool_]
+    wall: Floats
+    inside: Floats
+    seen: Raster
+    outlines: tuple[RoomOutline, ...]
+    plan: StoreyPlan
+
+
+def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = None) -> AutoStages:
+    """Faces and rooms of one storey.
+
+    Parameters
+    ----------
+    levelled : LevelledCloud
+        Levelled scan.
+    number : int
+        Storey, from 0.
+    sensor : (n, 3) float64, optional
+        Scanner position at each point in model coordinates, metres.
+    """
+    storey = levelled.storeys[number]
+    above = [s.floor for s in levelled.storeys[number + 1 :] if s.floor is not None]
+    floor = storey.floor if storey.floor is not None else (storey.ceiling or 0.0) - 2.5
+    top = storey.ceiling + 0.15 if storey.ceiling is not None else (above[0] - 0.1 if above else floor + 6.0)
+    points = levelled.points
+    sample = thin(points)
+    overhead = ev.overhead_surface(sample, floor=floor, top=top) if storey.ceiling is not None else None
+    low, high = _extent(overhead, sample, floor, top)
+    near = ((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1) & (points[:, 2] > floor - 0.1) & (points[:, 2] < top)
+    points = points[near]
+    sensor = None if sensor is None else sensor[near]
+    filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
+    wall_points = ev.wall_points(points, sensor, filled, floor=floor)
+    band = fl.BELOW_CEILING if overhead is not None else fl.WHOLE_COLUMN
+    sweeps = [fl.sweep(wall_points, angle, band=band) for angle in (0.0, np.pi / 2)]
+    lines = fl.join_lines([fl.face_lines(swept, family=k) for k, swept in enumerate(sweeps)])
+    rest = fl.unexplained(wall_points, lines)
+    for angle in fl.other_directions(rest) if overhead is not None else ():
+        sweeps.append(fl.sweep(rest, angle, band=band))
+        lines = fl.join_lines([lines, fl.face_lines(sweeps[-1], family=len(sweeps) - 1)])
+    lines = fl.merge_lines(lines)
+    seen, density, column = ev.overhead_hits(points, wall_points, filled, low=low, high=high, cell=PIXEL)
+    if overhead is None:
+        seen, density = Raster(np.zeros_like(seen.image), low, PIXEL), np.zeros_like(density)
+    floor_hits = np.abs(points[:, 2] - floor) < 0.06
+    floor_seen = ev.hit_raster(points[floor_hits, :2], low=low, high=high, cell=PIXEL)
+    floor_image = floor_seen.image.astype(np.float32)
+    floor_image[column] = 0
+    covered = ev.covered(levelled.points, above=filled_top(storey, floor), low=low, high=high, cell=PIXEL)
+    floor_image[~covered] = 0
+    floor_density = ev.local_density(floor_image, ~column & covered, cell=PIXEL)
+    firm = ev.free_borders(Raster(np.maximum(seen.image, floor_image), low, PIXEL), lines)
+    weak = ev.free_borders(seen, lines) if overhead is not None else firm
+    edge_p, edge_q = np.vstack([firm[0], weak[0]]), np.vstack([firm[1], weak[1]])
+    start, end = fl.prolong(lines)
+    p, q = replace(lines, start=start, end=end).ends()
+    frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
+    cells = cut_into_cells(np.vstack([p, edge_p, frame]), np.vstack([q, edge_q, np.roll(frame, -1, axis=0)]))
+    inside, spanned = _inside(cells, seen.image, density, floor_image, floor_density, seen)
+    wall = _edge_evidence(cells, lines, sweeps)
+    faces = wall.copy()
+    border = cells.edge_line - len(lines)
+    wall[(border >= 0) & (border < len(edge_p))] = 0.4
+    wall[(border >= 0) & (border < len(firm[0]))] = 0.7
+    room = label_cells(cells, inside=inside, wall=wall)
+    outlines = tuple(room_outlines(cells, room, faces, spanned=spanned))
+    plan = _plan(
+        outlines, wall_points, lines, floor=floor, ceiling=storey.ceiling, seen=Raster(np.maximum(seen.image, floor_image), low, PIXEL)
+    )
+    return AutoStages(lines, cells, room, wall, inside, seen, outlines, plan)
+
+
+def filled_top(storey: StoreyLevels, floor: float) -> float:
+    return (storey.ceiling if storey.ceiling is not None else floor + 2.0) - 0.06
+
+
+def _extent(overhead: Raster | None, sample: Floats, floor: float, top: float, *, margin: float = 1.2) -> tuple[Floats, Floats]:
+    if overhead is None:
+        inside = sample[(sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)]
+        spots = inside[:, :2]
+        return np.quantile(spots, 0.005, axis=0) - 0.3, np.quantile(spots, 0.995, axis=0) + 0.3
+    spots = overhead.centre(np.argwhere(~np.isnan(overhead.image)))
+    return spots.min(axis=0) - margin, spots.max(axis=0) + margin
+
+
+def _inside(
+    cells: Cells, seen: Floats, density: Floats, floor_seen: Floats, floor_density: Floats, template: Raster
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Evidence in square metres that each cell is free space: overhead surface, and floor where there is nothing overhead."""
+    image = cell_image(cells.polygons, template)
+    within = image >= 0
+    label = image[within]
+    count = len(cells.polygons)
+
+    def total(values: Floats) -> Floats:
+        return np.bincount(label, weights=values[within], minlength=count)
+
+    sure = density / (density + 0.02)
+    share = np.clip(total(seen) / np.maximum(total(density), 1e-9), 0, 1)
+    open_above = 1 - sure
+    floor_sure = open_above * floor_density / (floor_density + 0.02)
+    floor_share = np.clip(total(floor_seen * open_above) / np.maximum(total(floor_density * open_above), 1e-9), 0, 1)
+    area = np.array([polygon.area for polygon in cells.polygons])
+    for_room = np.clip(share / 0.3 - 1, -1, 1)
+    firm = np.where(for_room < 0, total(sure * (1 - floor_density / (floor_density + 0.02))), total(sure))
+    evidence = firm * for_room + total(floor_sure) * np.clip(floor_share / 0.2 - 1, -0.3, 1)
+    return evidence * PIXEL**2 - 0.1 * area, (share > 0.3) & (total(sure) * PIXEL**2 > 0.3 * area)
+
+
+def _edge_evidence(cells: Cells, lines: fl.FaceLines, sweeps: list[fl.Sweep]) -> Floats:
+    """Share of each edge where the face of its line was seen."""
+    wall = np.zeros(len(cells.edge_line))
+    for line in range(len(lines)):
+        rows = np.flatnonzero(cells.edge_line == line)
+        if not len(rows):
+            continue
+        start, end = float(lines.start[line]) - REACH, float(lines.end[line]) + REACH
+        profile = fl.evidence_along(sweeps[lines.family[line]], float(lines.angle[line]), float(lines.offset[line]), start, end)
+        profile = np.clip((profile - 0.15) / 0.5, 0, 1)
+        at = np.linspace(start, end, len(profile) + 1)
+        total = np.concatenate([[0.0], np.cumsum(profile)]) * (end - start) / len(profile)
+        u0, u1 = cells.edge_start[rows] @ lines.direction[line], cells.edge_end[rows] @ lines.direction[line]
+        wall[rows] = (np.interp(u1, at, total) - np.interp(u0, at, total)) / np.maximum(u1 - u0, 1e-6)
+    return np.clip(wall, 0, 1)
+
+
+def _plan(
+    outlines: tuple[RoomOutline, ...], points: ev.WallPoints, lines: fl.FaceLines, *, floor: float, ceiling: float | None, seen: Raster
+) -> StoreyPlan:
+    """Plan of a storey: the sides of all rooms are its faces."""
+    p, q = [], []
+    for outline in outlines:
+        for ring in (outline.exterior, *outline.holes):
+            p += list(ring.corners)
+            q += list(ring.corners[1:] + ring.corners[:1])
+    faces = fl.measure(Segments.from_ends(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2)), points)
+    rooms = tuple(outline.polygon for outline in outlines)
+    top = ceiling if ceiling is not None else floor + 2.5
+    return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, room_levels=tuple((floor, top) for _ in rooms))
+
+
+def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> tuple[StoreyPlan, ...]:
+    """Faces and rooms of every storey, from the bottom up.
+
+    Parameters
+    ----------
+    levelled : LevelledCloud
+        Levelled scan.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds; with the trajectory it tells the sides that walls were seen from.
+    """
+    sensor = None
+    if gps_time is not None and levelled.trajectory is not None and np.isfinite(levelled.trajectory[:, 0]).all():
+        sensor = sensor_positions(gps_time, levelled.trajectory)
+    return tuple(auto_storey(levelled, number, sensor).plan for number in range(len(levelled.storeys)))
+
+
+def sensor_positions(gps_time: Floats, trajectory: Floats) -> Floats:
+    """Scanner position (n, 3) when each point was taken.
+
+    Parameters
+    ----------
+    gps_time : (n,) float64
+        Time of each point, seconds.
+    trajectory : (m, 4) float64
+        Time in seconds, x, y, z in metres; rows far apart in time are stations that the scanner stood on from then on.
+    """
+    t = trajectory[:, 0]
+    if (len(t) > 1 and np.median(np.diff(t)) > 1.0) or len(t) == 1:
+        row = np.clip(np.searchsorted(t, gps_time, side="right") - 1, 0, len(t) - 1)
+        return trajectory[row, 1:4]
+    return np.column_stack([np.interp(gps_time, t, trajectory[:, k]) for k in (1, 2, 3)])

@@ -1,0 +1,153 @@
+"""The plan cut into cells by wall lines, and the cells labelled room or not by a minimum cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from indoor_bim.plan.raster import Raster
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cells:
+    """Planar cells and the edges between them.
+
+    Parameters
+    ----------
+    polygons : (k,) object
+        Shapely polygons of the bounded cells.
+    edge_line : (e,) int64
+        Line that the edge lies on.
+    edge_start, edge_end : (e, 2) float64
+        Ends of the edge, in the direction of its line, metres.
+    left, right : (e,) int64
+        Cells to the left and right of the line's direction; -1 for the outside of the plan.
+    """
+
+    polygons: NDArray
+    edge_line: Ints
+    edge_start: Floats
+    edge_end: Floats
+    left: Ints
+    right: Ints
+
+
+def cut_into_cells(p: Floats, q: Floats) -> Cells:
+    """Cells of the arrangement of line segments.
+
+    Parameters
+    ----------
+    p, q : (m, 2) float64
+        Ends of the segments, metres; free space to the left of p -> q.
+    """
+    segments = shapely.linestrings(np.stack([p, q], axis=1))
+    noded = shapely.union_all(segments, grid_size=1e-6)
+    polygons = np.array(shapely.get_parts(shapely.polygonize([noded])))
+    rings = [np.asarray(polygon.exterior.coords) for polygon in shapely.orient_polygons(polygons)]
+    tail = np.vstack([ring[:-1] for ring in rings])
+    head = np.vstack([ring[1:] for ring in rings])
+    cell = np.repeat(np.arange(len(rings)), [len(ring) - 1 for ring in rings])
+    line = _line_of(segments, p, q, (tail + head) / 2)
+    direction = (q - p) / np.hypot(*(q - p).T)[:, None]
+    forward = ((head - tail) * direction[line]).sum(axis=1) > 0
+    first = np.where(forward[:, None], tail, head)
+    last = np.where(forward[:, None], head, tail)
+    key = np.round(np.hstack([first, last]), 5)
+    (
+        _,
+        edge,
+    ) = np.unique(key, axis=0, return_inverse=True)[:2]
+    edge = edge.reshape(-1)
+    count = int(edge.max()) + 1
+    left, right = np.full(count, -1), np.full(count, -1)
+    left[edge[forward]] = cell[forward]
+    right[edge[~forward]] = cell[~forward]
+    some = np.zeros(count, dtype=np.int64)
+    some[edge] = np.arange(len(edge))
+    return Cells(polygons, line[some], first[some], last[some], left, right)
+
+
+def cell_image(polygons: NDArray, template: Raster) -> NDArray[np.int64]:
+    """Number of the cell under every pixel of a raster, -1 where there is none."""
+    from skimage.draw import polygon as fill
+
+    image = np.full(template.image.shape, -1, dtype=np.int64)
+    for number, polygon in enumerate(polygons):
+        xy = (np.asarray(polygon.exterior.coords) - template.origin) / template.cell - 0.5
+        rows, columns = fill(xy[:, 1], xy[:, 0], image.shape)
+        image[rows, columns] = number
+    return image
+
+
+def label_cells(cells: Cells, *, inside: Floats, wall: Floats, border: float = 0.25, solid: float = 0.30) -> Bools:
+    """Which cells are room: the minimum cut between evidence for free space and evidence for walls.
+
+    A cell that is called room against its evidence, or not room against it, costs the evidence; every metre of border
+    between room and not room costs what it lacks in wall evidence; and what lies behind a seen face is solid.
+
+    Parameters
+    ----------
+    cells : Cells
+        Arrangement.
+    inside : (k,) float64
+        Evidence in square metres that a cell is free space; negative where it is not.
+    wall : (e,) float64
+        Share of each edge where a wall face looking to its left was seen.
+    border : float
+        Cost of a metre of border without wall, square metres per metre.
+    solid : float
+        Depth behind a seen face that counts as solid, metres.
+
+    References
+    ----------
+    Boykov, Kolmogorov, An experimental comparison of min-cut/max-flow algorithms for energy minimization in vision, 2004.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import breadth_first_order, maximum_flow
+
+    count = len(cells.polygons)
+    length = np.hypot(*(cells.edge_end - cells.edge_start).T)
+    unary = inside.copy()
+    behind = cells.right >= 0
+    np.add.at(unary, cells.right[behind], -solid * (wall * length)[behind])
+    scale = 1e4
+    source, sink = count, count + 1
+    left = np.where(cells.left >= 0, cells.left, sink)
+    right = np.where(cells.right >= 0, cells.right, sink)
+    rows = [np.full(count, source), np.arange(count), left, right]
+    columns = [np.arange(count), np.full(count, sink), right, left]
+    capacity = [np.maximum(unary, 0), np.maximum(-unary, 0), border * length * (1 - wall), border * length]
+    r, c, w = np.concatenate(rows), np.concatenate(columns), np.rint(np.concatenate(capacity) * scale).astype(np.int64)
+    keep = (r != c) & (r != sink) & (w > 0)
+    graph = coo_matrix((w[keep].astype(np.int32), (r[keep], c[keep])), shape=(count + 2, count + 2)).tocsr()
+    graph.sum_duplicates()
+    flow = maximum_flow(graph, source, sink).flow
+    residual = graph - flow
+    residual.data[residual.data < 0] = 0
+    residual.eliminate_zeros()
+    reached = breadth_first_order(residual, source, return_predecessors=False)
+    room = np.zeros(count + 2, dtype=bool)
+    room[reached] = True
+    return room[:count]
+
+
+def _line_of(segments: NDArray, p: Floats, q: Floats, spots: Floats) -> Ints:
+    """Nearest line of each spot; ties go to the first line."""
+    tree = shapely.STRtree(segments)
+    spot, line = tree.query(shapely.points(spots), predicate="dwithin", distance=1e-4)
+    direction = (q - p) / np.hypot(*(q - p).T)[:, None]
+    away = spots[spot] - p[line]
+    distance = np.abs(away[:, 0] * direction[line, 1] - away[:, 1] * direction[line, 0])
+    order = np.lexsort((line, np.round(distance, 7), spot))
+    spot, line = spot[order], line[order]
+    found, first = np.unique(spot, return_index=True)
+    out = np.zeros(len(spots), dtype=np.int64)
+    out[found] = line[first]
+    return out

@@ -1,0 +1,407 @@
+"""What the points of one storey say about every spot of the plan: overhead surface, wall column, free space."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.raster import Raster
+
+if TYPE_CHECKING:
+    from indoor_bim.plan.face_lines import FaceLines
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+_COARSE = 0.20
+_LAYER = 0.10
+_MIN_HEADROOM = 1.8
+_MIN_SURFACE_AREA = 1.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WallPoints:
+    """Points between floor and overhead surface that may lie on walls.
+
+    Parameters
+    ----------
+    xy : (n, 2) float64
+        Plan coordinates, metres.
+    rise : (n,) float64
+        Height as a share of the clear height at the spot the point was seen from, 0 at the floor and 1 overhead.
+    depth : (n,) float64
+        Distance below the overhead surface at that spot, metres.
+    sensor : (n, 2) float64 or None
+        Plan position of the scanner when it took the point, metres.
+    """
+
+    xy: Floats
+    rise: Floats
+    depth: Floats
+    sensor: Floats | None
+
+    def __len__(self) -> int:
+        return len(self.xy)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoreyEvidence:
+    """Evidence of one storey.
+
+    Parameters
+    ----------
+    wall : WallPoints
+        Candidates for walls.
+    overhead : Raster
+        Height of the overhead surface, metres; filled from the nearest spot where it was not seen.
+    overhead_seen : Raster
+        True where the overhead surface was hit.
+    floor_seen : Raster
+        True where the floor was hit.
+    rays : Raster
+        Number of sight lines above door height through each cell.
+    """
+
+    wall: WallPoints
+    overhead: Raster
+    overhead_seen: Raster
+    floor_seen: Raster
+    rays: Raster
+
+
+def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool = False) -> Raster | None:
+    """Height of the ceiling, or whatever level surface spans overhead, on a coarse grid.
+
+    Cells that are filled along both axes within a thin layer are surface pieces; connected pieces of a square metre and
+    more are surface, so lintels and lamps are not.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Thinned points in model coordinates, metres.
+    floor : float
+        Floor height, metres.
+    top : float
+        Nothing above this height is looked at, metres.
+    sloped : bool
+        Also take surfaces of up to 60 degrees: roofs, which may come down to the floor.
+
+    Returns
+    -------
+    Raster or None
+        Heights in metres, NaN where nothing was seen; None where there is no such surface.
+    """
+    from scipy import ndimage
+
+    lowest = floor + (0.5 if sloped else _MIN_HEADROOM)
+    p = points[(points[:, 2] > lowest) & (points[:, 2] < top)]
+    if not len(p):
+        return None
+    size = np.array([_COARSE, _COARSE, _COARSE if sloped else _LAYER])
+    cells = np.floor(p / size).astype(np.int64)
+    low = cells.min(axis=0)
+    cells -= low
+    shape = cells.max(axis=0) + 1
+    keys, group, count = np.unique((cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2], return_inverse=True, return_counts=True)
+    mean = np.column_stack([np.bincount(group, weights=p[:, k]) / count for k in range(3)])
+    x, y, z = (p - mean[group]).T
+    xx, yy, xy, zz = (np.bincount(group, weights=w) / count for w in (x * x, y * y, x * y, z * z))
+    minor = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
+    level = (count >= 4) & (minor > 0.25 * _COARSE**2 / 12) & (zz < 0.4 * minor + 0.0002)
+    if sloped:
+        xz, yz = (np.bincount(group, weights=w) / count for w in (x * z, y * z))
+        moments = np.stack([np.stack([xx, xy, xz], -1), np.stack([xy, yy, yz], -1), np.stack([xz, yz, zz], -1)], -2)
+        values, vectors = np.linalg.eigh(moments)
+        level |= (count >= 6) & (values[:, 0] < 0.15 * values[:, 1]) & (np.abs(vectors[:, 2, 0]) > 0.5)
+    if not level.any():
+        return None
+    i, j, k = np.unravel_index(keys[level], shape)
+    occupied = np.zeros(shape, dtype=bool)
+    occupied[i, j, k] = True
+    labels, number = ndimage.label(occupied, np.ones((3, 3, 3)))
+    label = labels[i, j, k]
+    columns = np.unique(np.column_stack([label, i, j]), axis=0)
+    area = np.bincount(columns[:, 0], minlength=number + 1) * _COARSE**2
+    large = area[label] >= _MIN_SURFACE_AREA
+    height = np.full(shape[:2], -np.inf)
+    np.maximum.at(height, (i[large], j[large]), mean[level][large, 2])
+    if not np.isfinite(height).any():
+        return None
+    height[~np.isfinite(height)] = np.nan
+    return Raster(height.T, low[:2] * _COARSE, _COARSE)
+
+
+def fill_nearest(raster: Raster) -> Raster:
+    """Raster whose NaN cells take the value of the nearest known cell."""
+    from scipy import ndimage
+
+    known = ~np.isnan(raster.image)
+    _, (rows, columns) = ndimage.distance_transform_edt(~known, return_indices=True)
+    return Raster(raster.image[rows, columns], raster.origin, raster.cell)
+
+
+def clamp_sample(raster: Raster, xy: Floats) -> NDArray:
+    """Values (n,) of a raster under points (n, 2); points outside take the value at the border."""
+    rc = np.clip(raster.pixel(xy), 0, np.array(raster.image.shape) - 1)
+    return raster.image[rc[:, 0], rc[:, 1]]
+
+
+def wall_points(
+    points: Floats, sensor: Floats | None, overhead: Raster, *, floor: float, tolerance: float = 0.06, step: float = 0.30
+) -> WallPoints:
+    """Points between floor and overhead surface, their height measured against the room that they were seen from.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Model coordinates, metres.
+    sensor : (n, 3) float64, optional
+        Scanner position at each point, metres.
+    overhead : Raster
+        Filled overhead height, metres.
+    floor : float
+        Floor height, metres.
+    tolerance : float
+        Points this close to floor or overhead surface belong to it, metres.
+    step : float
+        The overhead height is looked up this far towards the scanner, metres.
+    """
+    xy = points[:, :2]
+    spot = xy
+    if sensor is not None:
+        towards = sensor[:, :2] - xy
+        spot = xy + step * towards / np.maximum(np.hypot(*towards.T), 1e-9)[:, None]
+    height = clamp_sample(overhead, spot)
+    slack = tolerance + clamp_sample(_relief(overhead), spot)
+    keep = (points[:, 2] < height - slack) & (points[:, 2] > floor + tolerance) & (height > floor + 0.5)
+    rise = (points[keep, 2] - floor) / (height[keep] - floor)
+    return WallPoints(xy[keep], rise, height[keep] - points[keep, 2], None if sensor is None else sensor[keep, :2])
+
+
+def _relief(overhead: Raster) -> Raster:
+    """How far a sloped surface rises within half a cell and a bit, metres; steps between levels do not count."""
+    if min(overhead.image.shape) < 2:
+        return Raster(np.zeros(overhead.image.shape), overhead.origin, overhead.cell)
+    rows, columns = np.gradient(overhead.image)
+    rise = np.hypot(rows, columns)
+    return Raster(np.where(rise < 2 * overhead.cell, 0.75 * rise, 0.0), overhead.origin, overhead.cell)
+
+
+def hit_raster(xy: Floats, *, low: Floats, high: Floats, cell: float) -> Raster:
+    """True in every cell that holds a point (n, 2)."""
+    shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
+    raster = Raster(np.zeros(shape, dtype=bool), low, cell)
+    rc = raster.pixel(xy)
+    rc = rc[((rc >= 0) & (rc < shape)).all(axis=1)]
+    raster.image[rc[:, 0], rc[:, 1]] = True
+    return raster
+
+
+def sight_lines(hits: Floats, sensor: Floats, *, low: Floats, high: Floats, above: float, stop: float = 0.15, cell: float = 0.10) -> Raster:
+    """Number of sight lines through each cell, counted only where the line runs above a height.
+
+    Above the door heads a sight line stays within one room, whatever stands open.
+
+    Parameters
+    ----------
+    hits, sensor : (n, 3) float64
+        End points that were hit, and where they were seen from, metres.
+    low, high : (2,) float64
+        Corners of the raster, metres.
+    above : float
+        Height that counts, metres.
+    stop : float
+        The line is not counted this close to its hit, metres.
+    cell : float
+        Side of a cell, metres.
+    """
+    shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
+    image = np.zeros(shape, dtype=np.int64)
+    raster = Raster(image, low, cell)
+    line = hits - sensor
+    length = np.hypot(line[:, 0], line[:, 1])
+    ok = (hits[:, 2] > above) & (length > 2 * stop)
+    hits, sensor, line, length = hits[ok], sensor[ok], line[ok], length[ok]
+    rising = np.where(line[:, 2] > 1e-6, (above - sensor[:, 2]) / np.where(line[:, 2] > 1e-6, line[:, 2], 1.0), 0.0)
+    first = np.clip(rising, 0.0, 1.0)
+    last = 1.0 - stop / length
+    steps = np.maximum(np.ceil((last - first) * length / cell), 0).astype(np.int64)
+    for start in range(0, len(hits), 50_000):
+        part = slice(start, start + 50_000)
+        n = steps[part]
+        row = np.repeat(np.arange(len(n)), n)
+        k = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
+        t = first[part][row] + (k + 0.5) * cell / length[part][row]
+        rc = raster.pixel(sensor[part][row, :2] + t[:, None] * line[part][row, :2])
+        rc = rc[((rc >= 0) & (rc < shape)).all(axis=1)]
+        image += np.bincount(rc[:, 0] * shape[1] + rc[:, 1], minlength=image.size).reshape(shape)
+    return raster
+
+
+def overhead_hits(
+    points: Floats,
+    wall: WallPoints,
+    overhead: Raster,
+    *,
+    low: Floats,
+    high: Floats,
+    cell: float,
+    tolerance: float = 0.06,
+    reach: float = 0.25,
+) -> tuple[Raster, Floats, Bools]:
+    """Where the overhead surface was hit, and how densely it would be hit if it were there.
+
+    Pixels over walls are left out of both: the upper ends of walls are no ceiling.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Points of the storey, metres.
+    wall : WallPoints
+        Wall candidates among them.
+    overhead : Raster
+        Filled overhead height, metres.
+    low, high : (2,) float64
+        Corners of the raster, metres.
+    cell : float
+        Side of a pixel, metres.
+    tolerance : float
+        Points this close to the overhead surface belong to it, metres.
+    reach : float
+        The density is the best mean within this distance, metres.
+
+    Returns
+    -------
+    seen : Raster
+        1 where hit, else 0.
+    density : (rows, columns) float32
+        Share of pixels hit around each pixel, 0 over walls.
+    column : (rows, columns) bool
+        Pixels over walls.
+    """
+    from scipy import ndimage
+
+    slack = tolerance + clamp_sample(_relief(overhead), points[:, :2])
+    hit = np.abs(points[:, 2] - clamp_sample(overhead, points[:, :2])) < slack
+    raster = hit_raster(points[hit, :2], low=low, high=high, cell=cell)
+    shape = raster.image.shape
+    upper = wall.rise > 0.75
+    rc = raster.pixel(wall.xy[upper])
+    layer = np.clip((wall.rise[upper] * 24).astype(np.int64), 0, 23)
+    ok = ((rc >= 0) & (rc < shape)).all(axis=1)
+    keys = np.unique((rc[ok, 0] * shape[1] + rc[ok, 1]) * 24 + layer[ok]) // 24
+    column = np.bincount(keys, minlength=raster.image.size).reshape(shape) >= 2
+    column = ndimage.binary_dilation(column, np.ones((3, 3)))
+    seen = raster.image.astype(np.float32)
+    seen[column] = 0
+    return Raster(seen, low, cell), local_density(seen, ~column, cell=cell, reach=reach), column
+
+
+def covered(points: Floats, *, above: float, low: Floats, high: Floats, cell: float, coarse: float = 0.20, reach: float = 0.6) -> Bools:
+    """Pixels that have something overhead, at whatever height: indoors, even where the ceiling is missing.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        All points, metres.
+    above : float
+        Height from which points count, metres.
+    low, high : (2,) float64
+        Corners of the raster, metres.
+    cell : float
+        Side of a pixel, metres.
+    coarse : float
+        Side of the cells that are looked at, metres.
+    reach : float
+        Cells within this distance are averaged, metres.
+    """
+    from scipy import ndimage
+
+    hits = hit_raster(points[points[:, 2] > above, :2], low=low, high=high, cell=coarse)
+    share = ndimage.uniform_filter(hits.image.astype(np.float32), 2 * round(reach / coarse) + 1)
+    shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
+    rows = np.minimum((np.arange(shape[0]) * cell / coarse).astype(np.int64), share.shape[0] - 1)
+    columns = np.minimum((np.arange(shape[1]) * cell / coarse).astype(np.int64), share.shape[1] - 1)
+    return (share > 0.25)[rows[:, None], columns[None]]
+
+
+def local_density(seen: Floats, known: Bools, *, cell: float, reach: float = 0.25) -> Floats:
+    """Best mean within a distance of each pixel, 0 where nothing can be known.
+
+    Parameters
+    ----------
+    seen : (rows, columns) float32
+        1 where hit.
+    known : (rows, columns) bool
+        Pixels that count.
+    cell : float
+        Side of a pixel, metres.
+    reach : float
+        Distance, metres.
+    """
+    from scipy import ndimage
+
+    weight = known.astype(np.float32)
+    window = 2 * round(reach / cell) + 1
+    mean = ndimage.uniform_filter(seen, window) / np.maximum(ndimage.uniform_filter(weight, window), 0.05)
+    return ndimage.maximum_filter(mean, window) * weight
+
+
+def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near: float = 0.30, reach: float = 1.0) -> tuple[Floats, Floats]:
+    """Straight borders of the overhead surface where no wall line runs: glass, railings, curtain walls.
+
+    Parameters
+    ----------
+    seen : Raster
+        Hits of the overhead surface.
+    lines : FaceLines
+        Wall lines.
+    shortest : float
+        Shortest border, metres.
+    near : float
+        A wall line this close makes a border superfluous, metres.
+    reach : float
+        Borders are prolonged by this much, metres.
+
+    Returns
+    -------
+    p, q : (m, 2) float64
+        Ends, free space to the left, metres.
+    """
+    import shapely
+    from scipy import ndimage
+    from skimage.measure import approximate_polygon, find_contours
+
+    step = 4
+    rows, columns = (np.array(seen.image.shape) // step) * step
+    coarse = seen.image[:rows, :columns].reshape(rows // step, step, columns // step, step).max(axis=(1, 3)) > 0
+    mask = ndimage.binary_opening(ndimage.binary_closing(np.pad(coarse, 3), np.ones((5, 5))), np.ones((5, 5)))
+    cell = seen.cell * step
+    p, q = lines.ends(0.3)
+    walls = shapely.union_all(shapely.linestrings(np.stack([p, q], axis=1))).buffer(near) if len(p) else shapely.Polygon()
+    found = []
+    for contour in find_contours(mask.astype(np.float64), 0.5):
+        ring = approximate_polygon(contour, 1.2)
+        xy = seen.origin + (ring[:, ::-1] - 3 + 0.5) * cell
+        for a, b in zip(xy[:-1], xy[1:], strict=True):
+            length = float(np.hypot(*(b - a)))
+            turn = np.mod(np.arctan2(*(b - a)[::-1]) + np.pi / 4, np.pi / 2) - np.pi / 4
+            if length < shortest or abs(turn) > np.radians(4):
+                continue
+            axis = int(abs((b - a)[1]) > abs((b - a)[0]))
+            a, b = a.copy(), b.copy()
+            a[1 - axis] = b[1 - axis] = (a[1 - axis] + b[1 - axis]) / 2
+            if shapely.LineString([a, b]).intersection(walls).length < 0.5 * length:
+                d = (b - a) / length
+                middle = (a + b) / 2
+                left = middle + 0.2 * np.array([-d[1], d[0]])
+                i, j = np.floor((left - seen.origin) / cell).astype(int)[::-1] + 3
+                a, b = a - reach * d, b + reach * d
+                free_left = 0 <= i < mask.shape[0] and 0 <= j < mask.shape[1] and mask[i, j]
+                found.append((a, b) if free_left else (b, a))
+    if not found:
+        return np.zeros((0, 2)), np.zeros((0, 2))
+    return np.array([a for a, _ in found]), np.array([b for _, b in found])
