@@ -31,18 +31,18 @@ def bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 @compiled(types.Array(types.float64, 2, "C", readonly=True))
 def _extent(points):  # type: ignore[no-untyped-def]
-    """Smallest and largest coordinates (2, 3); NaN where any coordinate is not finite."""
+    """Smallest and largest coordinates (2, 3); NaN where any coordinate is NaN."""
     corners = np.zeros((2, 3))
-    finite = True
+    numbers = True
     flat = points.shape[1] == 2
     x0 = y0 = z0 = np.inf
     x1 = y1 = z1 = -np.inf
     for i in range(len(points)):
         x, y, z = points[i, 0], points[i, 1], 0.0 if flat else points[i, 2]
-        finite &= (abs(x) < np.inf) & (abs(y) < np.inf) & (abs(z) < np.inf)
+        numbers &= (x == x) & (y == y) & (z == z)
         x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
         x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
-    if not finite:
+    if not numbers:
         return np.full((2, 3), np.nan)
     corners[0, 0], corners[0, 1], corners[0, 2] = x0, y0, z0
     corners[1, 0], corners[1, 1], corners[1, 2] = x1, y1, z1

@@ -53,26 +53,28 @@ def sum_voxels(
     points = np.ascontiguousarray(points)
     threads = threads_for(len(points)) if threads is None else threads
 
-    def share(part: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    def share(part: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
         slots = 1 << (max(len(points) // (2 * threads), 512)).bit_length()
         taken, sums = np.full(slots, FREE), np.zeros((slots, 4), dtype=np.int64)
         done = used = 0
         while True:
             done, used = _add(points, low, voxel_size, strides, part, threads, done, used, taken, sums)
             filled = np.flatnonzero(taken != FREE)
-            keys, found = taken.take(filled), sums.take(filled, axis=0)
             if done == len(points):
-                return keys, found
-            taken, sums = np.full(4 * len(taken), FREE), np.zeros((4 * len(taken), 4), dtype=np.int64)
-            _move(keys, found, taken, sums)
+                return taken.take(filled), filled, sums
+            wider, wider_sums = np.full(4 * len(taken), FREE), np.zeros((4 * len(taken), 4), dtype=np.int64)
+            _move(taken.take(filled), sums.take(filled, axis=0), wider, wider_sums)
+            taken, sums = wider, wider_sums
 
     shares = in_threads(share, range(threads), threads=threads)
-    keys, sums = np.concatenate([keys for keys, _ in shares]), np.concatenate([sums for _, sums in shares])
+    keys = np.concatenate([keys for keys, _, _ in shares])
     order = np.argsort(keys)
-    keys, sums = keys.take(order), sums.take(order, axis=0)
-    mean = np.zeros((len(keys), points.shape[1]))
-    _mean(keys, sums, low, voxel_size, strides, mean)
-    return keys, sums[:, 0].copy(), mean
+    place = np.zeros(len(keys), dtype=np.int64)
+    place[order] = np.arange(len(keys))
+    places = np.split(place, np.cumsum([len(keys) for keys, _, _ in shares])[:-1])
+    count, mean = np.zeros(len(keys), dtype=np.int64), np.zeros((len(keys), points.shape[1]))
+    in_threads(lambda k: _mean(*shares[k], places[k], low, voxel_size, strides, count, mean), range(threads), threads=threads)
+    return keys.take(order), count, mean
 
 
 def voxel_of_points(
@@ -159,11 +161,12 @@ def _look_up(points, low, voxel_size, strides, taken, place, voxel):  # type: ig
         voxel[i] = place[_slot_of(key, taken), 0]
 
 
-@compiled(_keys, _sums, _floats, types.float64, _keys, _means)
-def _mean(keys, sums, low, voxel_size, strides, mean):  # type: ignore[no-untyped-def]
+@compiled(_keys, _keys, _sums, _keys, _floats, types.float64, _keys, _keys, _means)
+def _mean(keys, slots, sums, places, low, voxel_size, strides, count, mean):  # type: ignore[no-untyped-def]
     for i in range(len(keys)):
-        key = keys[i]
+        key, total, place = keys[i], sums[slots[i]], places[i]
+        count[place] = total[0]
         for axis in range(mean.shape[1]):
             cell = key // strides[axis]
             key -= cell * strides[axis]
-            mean[i, axis] = low[axis] + voxel_size * (cell + sums[i, 1 + axis] / (RESOLUTION * sums[i, 0]))
+            mean[place, axis] = low[axis] + voxel_size * (cell + total[1 + axis] / (RESOLUTION * total[0]))
