@@ -104,7 +104,7 @@ def _with_dark_windows(by_rays: list[FoundOpening], by_edges: list[FoundOpening]
     out = list(by_rays)
     for window in by_edges:
         parts = [o for o in out if _overlap(o, window)]
-        if all(o.kind == "window" and o.edges_seen < 1 for o in parts) and sum(_area(o) for o in parts) * DARK_WINDOW < _area(window):
+        if all(o.kind == "window" and o.edges_seen < 1 and _area(o) * DARK_WINDOW < _area(window) for o in parts):
             out = [o for o in out if o not in parts] + [window]
     return out
 

@@ -168,6 +168,8 @@ def name_opening(
     seen = [edges["start"].seen, edges["end"].seen, edges["top"].seen or to_ceiling, edges["bottom"].seen or to_floor]
     if blind and not all(seen):
         return None
+    if not _is_framed(edges, to_ceiling=to_ceiling, to_floor=to_floor):
+        return None
     seen_share = float(np.mean(seen))
     proof = BLIND_PROOF if blind else 1.0 if was_walked else 0.9 if is_through else 0.7
     confidence = proof * (1 - np.exp(-len(depth) / 50)) * (0.4 + 0.6 * seen_share)
@@ -202,6 +204,14 @@ def _reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats
         return True
     inside = (where.open_along > start) & (where.open_along < end) & (where.open_up > hole.bottom) & (where.open_up < hole.top)
     return entered / (high - low) > HIDDEN_SHARE * int(inside.sum()) / hole.height
+
+
+def _is_framed(edges: dict[str, Edge], *, to_ceiling: bool, to_floor: bool) -> bool:
+    """True where enough of the wall was seen around a hole: a jamb and one more edge, or both jambs of what reaches the ceiling."""
+    jambs = int(edges["start"].seen) + int(edges["end"].seen)
+    if to_ceiling:
+        return jambs == 2 and (to_floor or edges["bottom"].seen)
+    return jambs >= 1 and sum(edge.seen for edge in edges.values()) >= 2
 
 
 def _is_leaf(depth: NDArray, wall: WallBox) -> bool:
