@@ -7,7 +7,7 @@ from functools import partial
 from indoor_bim.assemble import build_storey
 from indoor_bim.model import Evidence, Storey
 from indoor_bim.plan.collinear import merge_collinear
-from indoor_bim.plan.graph import join_walls
+from indoor_bim.plan.graph import join_walls, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside
 from indoor_bim.plan.joints import footprints
 from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
@@ -57,11 +57,10 @@ def storey_from_plan(
         hull = building_hull(plan.rooms)
         walls = pair(outer=looks_outside(plan.faces, hull), shortest_single=SHORTEST_STEP)
     else:
-        walls = pair()
-        enclosed = room_polygons(footprints(*join_walls(merge_collinear(walls), snap=snap, far_snap=far_snap)))
-        if enclosed:
-            walls = pair(outer=looks_outside(plan.faces, building_hull(enclosed)))
-    walls, meetings = join_walls(merge_collinear(walls), snap=snap, far_snap=far_snap)
+        enclosed = room_polygons(footprints(*join_walls(_tidy(pair()), snap=snap, far_snap=far_snap)))
+        walls = pair(outer=looks_outside(plan.faces, building_hull(enclosed)))
+    walls = merge_collinear(walls) if plan.rooms else _tidy(walls)
+    walls, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
     outlines = footprints(walls, meetings)
     rooms = known_rooms(plan.rooms, outlines) if plan.rooms else room_polygons(outlines)
     seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]
@@ -80,6 +79,11 @@ def storey_from_plan(
         columns=plan.columns,
     )
     return storey, walls, tuple(warnings)
+
+
+def _tidy(walls: Walls) -> Walls:
+    """Walls without furniture, where no rooms say what is a wall."""
+    return without_stubs(merge_collinear(walls))
 
 
 def _levels(plan: StoreyPlan, walls: Walls, warnings: list[str]) -> tuple[float, float]:

@@ -176,3 +176,19 @@ def test_a_known_room_that_walls_leave_open_keeps_its_outline():
     rooms = known_rooms([shapely.box(-0.5, 0, 4, 3), shapely.box(4.12, 0, 9, 3)], outlines)
     assert rooms[0].area == pytest.approx(13.5, abs=0.1)
     assert overlap_area([*rooms, *outlines]) < 1e-4
+
+
+def test_a_step_between_parallel_walls_is_closed():
+    walls, meetings, outlines = joined(((0, 0), (3, 0), 0.2), ((3.3, 0.1), (6, 0.1), 0.2))
+    assert not meetings
+    assert shapely.union_all(outlines).geom_type == "Polygon"
+    assert walls.length.sum() == pytest.approx(6.0, abs=0.31)
+    assert overlap_area(outlines) < 1e-6
+
+
+def test_an_end_is_prolonged_far_only_when_asked_and_no_more_than_the_wall_is_long():
+    rows = ((0.6, 0), (4, 0), 0.2), ((0, 0.5), (0, 3), 0.2), ((-1.2, 5), (-1.0, 5), 0.1)
+    assert not join_walls(wall_table(*rows))[1]
+    walls, meetings = join_walls(wall_table(*rows), far_snap=1.5)
+    assert [meeting.point for meeting in meetings] == [pytest.approx((0, 0), abs=1e-9)]
+    assert walls.length.min() == pytest.approx(0.2)

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 End = Literal["start", "end", "path"]
 
+STEP_COS = np.cos(np.radians(5.0))  # walls that go on after a step differ less than this in direction
 MEETING_SINE = np.sin(np.radians(12.0))  # axes that differ less than this in direction do not meet
 
 
@@ -35,7 +36,7 @@ def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tu
     An end meets another wall when the intersection of the axes is no farther from it than half that wall's thickness plus
     `snap`, and beyond the other wall's ends by no more than half its own thickness plus `snap`. Two ends that choose each
     other make an L; an end that meets a wall between its ends makes a T and leaves that wall in one piece; several ends
-    in one point make a Y.
+    in one point make a Y. An end that meets nothing is moved up to a parallel wall that goes on behind a narrow gap, with a step.
 
     Parameters
     ----------
@@ -44,7 +45,8 @@ def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tu
     snap : float
         Slack for what the scan did not see of the corner, metres.
     far_snap : float
-        Slack for ends that meet nothing within `snap`, such as corners behind cupboards, metres.
+        Slack for ends that meet nothing within `snap`, such as corners behind cupboards, metres. No wall is prolonged by more
+        than its own length.
 
     Returns
     -------
@@ -62,6 +64,8 @@ def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tu
     for (a, e), found in choice.items():
         if found is not None:
             (p if e == 0 else q)[a] = found[1]
+        else:
+            (p if e == 0 else q)[a] = _closed_step(walls, a, e, widest=2 * snap)
     turned = ((q - p) * walls.direction).sum(axis=1) <= 0.02
     p[turned], q[turned] = walls.p[turned], walls.q[turned]
     moved = replace(walls, p=p, q=q)
@@ -117,6 +121,39 @@ def _first_crossing(walls: Walls, *, snap: float) -> tuple[int, Floats] | None:
     return None
 
 
+def without_stubs(walls: Walls, *, shortest: float = 1.2, snap: float = 0.30) -> Walls:
+    """Leave out short walls with a free end: door leaves and the sides of cupboards.
+
+    Parameters
+    ----------
+    walls : Walls
+        Walls before they are joined, metres.
+    shortest : float
+        Shorter walls need to meet others at both ends, unless both their faces were seen, metres.
+    snap : float
+        Slack of corners, metres.
+
+    Examples
+    --------
+    >>> none = np.zeros(2)
+    >>> ends = np.array([[0.0, 0.0], [2.0, 0.1]]), np.array([[4.0, 0.0], [2.0, 0.9]])
+    >>> walls = Walls(*ends, none + 0.1, none > 0, none > 0, none, none, none, none)
+    >>> without_stubs(walls).length.tolist()
+    [4.0]
+    """
+    while True:
+        joined, meetings = join_walls(walls, snap=snap)
+        ends = {(w, e) for meeting in meetings for w, e in zip(meeting.walls, meeting.ends, strict=True)}
+        free = np.array([(k, "start") not in ends or (k, "end") not in ends for k in range(len(joined))], dtype=bool)
+        if len(joined) != len(walls):  # walls that cross were cut: rows no longer correspond
+            walls = joined
+            continue
+        stub = free & (walls.length < shortest) & ~walls.measured
+        if not stub.any():
+            return walls
+        walls = walls.take(~stub)
+
+
 def wall_graph(walls: Walls, meetings: tuple[Meeting, ...]) -> nx.Graph:
     """Planar graph of corners and wall stretches.
 
@@ -165,13 +202,27 @@ def _choose(walls: Walls, a: int, end: int, *, snap: float, outwards: bool = Fal
     slack = walls.thickness[a] / 2 / np.abs(sine) + snap
     near = (np.abs(move) <= reach) & (beyond <= slack)
     if outwards:
-        near &= move > 0
+        near &= (move > 0) & (move <= walls.length[a])
     if not near.any():
         return None
     rows, move, beyond = rows[near], move[near], beyond[near]
     cost = np.round(np.abs(move) + beyond, 4)
     best = np.lexsort((rows, -np.round(walls.thickness[rows], 4), cost))[0]
     return int(rows[best]), tip + move[best] * out
+
+
+def _closed_step(walls: Walls, a: int, end: int, *, widest: float) -> Floats:
+    """End of a wall, moved up to a wall that goes on beside its line: the two overlap across, so they touch."""
+    d, n = walls.direction, walls.normal[a]
+    tip = walls.q[a] if end else walls.p[a]
+    out = d[a] if end else -d[a]
+    ends = np.stack([walls.p - tip, walls.q - tip])
+    gap = (ends @ out).min(axis=0)
+    aside = np.abs(ends @ n).min(axis=0)
+    goes_on = (np.abs(d @ d[a]) > STEP_COS) & (gap > 0) & (gap <= widest) & (aside < (walls.thickness + walls.thickness[a]) / 2)
+    goes_on[a] = False
+    moved: Floats = tip + (gap[goes_on].min() if goes_on.any() else 0.0) * out
+    return moved
 
 
 def _meetings(walls: Walls, incidences: list[tuple[Floats, int, int, int]]) -> tuple[Meeting, ...]:

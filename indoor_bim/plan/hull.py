@@ -59,6 +59,8 @@ def looks_outside(faces: Segments, hull: shapely.Geometry, *, depth: float = PRO
     import shapely
 
     share = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    if hull.is_empty:
+        return np.zeros(len(faces), dtype=bool)
     line = faces.p[:, None] + share[None, :, None] * (faces.q - faces.p)[:, None]
     behind = line - depth * faces.normal[:, None]
     inside = shapely.contains_xy(hull, behind[..., 0], behind[..., 1])
