@@ -79,7 +79,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     floor_seen = ev.hit_raster(points[floor_hits, :2], low=low, high=high, cell=PIXEL)
     floor_image = floor_seen.image.astype(np.float32)
     floor_image[column] = 0
-    covered = ev.covered(levelled.points, above=filled_top(storey, floor), low=low, high=high, cell=PIXEL)
+    covered = ev.covered(levelled.points, above=_cover(storey, floor), low=low, high=high, cell=PIXEL)
     floor_image[~covered] = 0
     floor_density = ev.local_density(floor_image, ~column & covered, cell=PIXEL)
     firm = ev.free_borders(Raster(np.maximum(seen.image, floor_image), low, PIXEL), lines)
@@ -98,12 +98,13 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     room = label_cells(cells, inside=inside, wall=wall)
     outlines = tuple(room_outlines(cells, room, faces, spanned=spanned))
     plan = _plan(
-        outlines, wall_points, lines, floor=floor, ceiling=storey.ceiling, seen=Raster(np.maximum(seen.image, floor_image), low, PIXEL)
+        outlines, wall_points, lines, floor=floor, ceiling=storey.ceiling, seen=Raster((density > 0.02) | (floor_density > 0.02), low, PIXEL)
     )
     return AutoStages(lines, cells, room, wall, inside, seen, outlines, plan)
 
 
-def filled_top(storey: StoreyLevels, floor: float) -> float:
+def _cover(storey: StoreyLevels, floor: float) -> float:
+    """Height from which a point counts as something overhead."""
     return (storey.ceiling if storey.ceiling is not None else floor + 2.0) - 0.06
 
 
@@ -131,12 +132,14 @@ def _inside(
     sure = density / (density + 0.02)
     share = np.clip(total(seen) / np.maximum(total(density), 1e-9), 0, 1)
     open_above = 1 - sure
+    usual = float(np.median(floor_density[(sure > 0.5) & (floor_density > 0)])) if ((sure > 0.5) & (floor_density > 0)).any() else 0.0
+    expected = np.maximum(floor_density, 0.5 * usual * (floor_density > 0))
     floor_sure = open_above * floor_density / (floor_density + 0.02)
-    floor_share = np.clip(total(floor_seen * open_above) / np.maximum(total(floor_density * open_above), 1e-9), 0, 1)
+    floor_share = np.clip(total(floor_seen * open_above) / np.maximum(total(expected * open_above), 1e-9), 0, 1)
     area = np.array([polygon.area for polygon in cells.polygons])
     for_room = np.clip(share / 0.3 - 1, -1, 1)
     firm = np.where(for_room < 0, total(sure * (1 - floor_density / (floor_density + 0.02))), total(sure))
-    evidence = firm * for_room + total(floor_sure) * np.clip(floor_share / 0.2 - 1, -0.3, 1)
+    evidence = firm * for_room + total(floor_sure) * np.clip(floor_share / 0.4 - 1, -0.3, 1)
     return evidence * PIXEL**2 - 0.1 * area, (share > 0.3) & (total(sure) * PIXEL**2 > 0.3 * area)
 
 
