@@ -165,7 +165,13 @@ def lines(scene: Scene, params: HousesParams, stages: Stages) -> tuple[House, ..
     with stages("footprints") as keep:
         walls = WallPoints.above(scene.building, scene.above_ground)
         footprints = find_footprints(
-            walls, faces, seen, least_area=params.least_area, least_coverage=params.least_coverage, right_angles=params.right_angles
+            walls,
+            faces,
+            seen,
+            scene.terrain,
+            least_area=params.least_area,
+            least_coverage=params.least_coverage,
+            right_angles=params.right_angles,
         )
         keep(footprints)
     with stages("heights"):

@@ -9,7 +9,10 @@ from numpy.typing import NDArray
 
 from indoor_bim.outdoor.edges import FittedEdge, fit_edges
 from indoor_bim.outdoor.ground_seen import GroundSeen, see_ground
-from indoor_bim.outdoor.outlines import REACH, OutlineEdge, find_outlines
+from indoor_bim.outdoor.heights import base_height
+from indoor_bim.outdoor.outlines import OutlineEdge, find_outlines
+from indoor_bim.outdoor.party_walls import split_at_party_walls
+from indoor_bim.outdoor.terrain import Terrain
 from indoor_bim.outdoor.wall_cells import WallCells, clusters, find_wall_cells
 from indoor_bim.outdoor.wall_lines import WallLine, find_wall_lines
 
@@ -18,6 +21,7 @@ Floats = NDArray[np.float64]
 WALL_FOOT = 0.3
 OVERHEAD = 1.8
 AROUND = 1.5
+HOUSE_DEPTH = 12.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -80,13 +84,20 @@ def house_outlines(
         Least share of an outline where a wall was seen.
     """
     outlines: list[list[OutlineEdge]] = []
-    for group in _neighbourhoods(lines, reach=REACH):
+    for group in _neighbourhoods(lines, reach=HOUSE_DEPTH):
         outlines += find_outlines([lines[i] for i in group], seen, least_area=least_area, least_coverage=least_coverage)
     return outlines
 
 
 def find_footprints(
-    walls: WallPoints, lines: list[WallLine], seen: GroundSeen, *, least_area: float, least_coverage: float, right_angles: bool
+    walls: WallPoints,
+    lines: list[WallLine],
+    seen: GroundSeen,
+    terrain: Terrain,
+    *,
+    least_area: float,
+    least_coverage: float,
+    right_angles: bool,
 ) -> list[list[FittedEdge]]:
     """Sides of every house, placed on the wall points.
 
@@ -98,6 +109,8 @@ def find_footprints(
         Faces of the whole scan.
     seen : GroundSeen
         Where the ground was seen.
+    terrain : Terrain
+        Ground heights.
     least_area : float
         Smallest house, square metres.
     least_coverage : float
@@ -113,7 +126,14 @@ def find_footprints(
     houses = []
     for outline in house_outlines(lines, seen, least_area=least_area, least_coverage=least_coverage):
         corners = np.array([edge.start for edge in outline])
-        houses.append(fit_edges(corners, walls.about(corners)[:, :2], right_angles=right_angles))
+        points = walls.about(corners)
+        edges = fit_edges(corners, points[:, :2], right_angles=right_angles)
+        fitted = np.array([edge.start for edge in edges])
+        parts = split_at_party_walls(edges, points, foot=base_height(terrain, fitted), least_area=least_area)
+        if len(parts) == 1:
+            houses.append(edges)
+        else:
+            houses += [fit_edges(part, points[:, :2], right_angles=right_angles) for part in parts]
     return houses
 
 

@@ -24,9 +24,11 @@ REACH = 8.0
 CLOSING_REACH = 20.0
 SAME_ANGLE = np.radians(2.5)
 SAME_OFFSET = 0.10
-HIDDEN_COST, UNSURE_COST, SEEN_COST = 1.0, 0.25, 0.02
-GROUND_WEIGHT, OVERHEAD_WEIGHT, UNKNOWN_WEIGHT, BEHIND_WALL_WEIGHT = 1.0, 0.2, 0.01, 1.0
+WALL_COST, SQUARE_COST, OBLIQUE_COST = 0.5, 1.0, 1.7
+UNSURE_COST, SEEN_COST = 0.25, 0.02
+GROUND_WEIGHT, OVERHEAD_WEIGHT, UNKNOWN_WEIGHT, BEHIND_WALL_WEIGHT = 1.5, 0.2, 0.01, 2.0
 UNIT = 1000
+LEAST_GROUND_SHARE = 0.15
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,13 +58,17 @@ class OutlineEdge:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Line:
-    """Line of one or more faces: unit direction, normal to its left, offset along the normal, stretches seen and their free side."""
+    """Line of one or more faces: unit direction, normal to its left, offset along the normal, stretches seen and their free side.
+
+    `cost` is what a metre of it costs as a border where nothing was seen.
+    """
 
     direction: Floats
     normal: Floats
     offset: float
     stretches: Floats
     outside: Floats
+    cost: float = WALL_COST
 
     def hidden(self, low: float, high: float) -> float:
         """Length between two places along the line where no wall was seen."""
@@ -146,13 +152,13 @@ def _apart(group: Floats, ends: Floats) -> float:
 
 
 def _side(ends: Floats, d: Floats, n: Floats, seen: GroundSeen) -> float:
-    """Share of ground left of a face less that right of it."""
+    """How much more ground lies left (1) or right (-1) of a face."""
     low, high = sorted(ends @ d)
     along = np.arange(low + 0.1, high, 0.2)
     across = np.arange(0.3, 1.7, 0.2)
     at = (ends.mean(axis=0) @ n) * n + along[:, None, None] * d
     left, right = (seen.is_ground((at + sign * across[:, None] * n).reshape(-1, 2)).mean() if len(along) else 0.0 for sign in (1, -1))
-    return float(left - right)
+    return float((left - right) / max(left, right, LEAST_GROUND_SHARE))
 
 
 def _closing_lines(lines: list[_Line]) -> list[_Line]:
@@ -169,20 +175,20 @@ def _closing_lines(lines: list[_Line]) -> list[_Line]:
     closing = []
     for i, point in open_ends:
         n = lines[i].direction
-        closing.append((np.array([n[1], -n[0]]), point))
+        closing.append((np.array([n[1], -n[0]]), point, SQUARE_COST))
     for k, (i, p) in enumerate(open_ends):
         for j, q in open_ends[k + 1 :]:
             length = float(np.hypot(*(q - p)))
             if i != j and 0.5 < length < CLOSING_REACH:
-                closing.append(((q - p) / length, p))
+                closing.append(((q - p) / length, p, OBLIQUE_COST))
     none = np.zeros((0, 2))
     made: list[_Line] = []
-    for d, p in closing:
+    for d, p, cost in closing:
         n = np.array([-d[1], d[0]])
         at = float(p @ d)
         line = _Line(d, n, float(p @ n), none, np.zeros(0))
         if not any(_same(line, other, p) for other in [*lines, *made]):
-            made.append(_Line(d, n, line.offset, np.array([[at, at]]), np.zeros(1)))
+            made.append(_Line(d, n, line.offset, np.array([[at, at]]), np.zeros(1), cost))
     return made
 
 
@@ -249,7 +255,7 @@ def _cut(
         if right == beyond or left < right:
             covered = high - low - hidden
             sure = min(1.0, 2 * abs(free) / covered) if covered > 0 else 0.0
-            links[(left, right)] += HIDDEN_COST * hidden + covered * (SEEN_COST * sure + UNSURE_COST * (1 - sure))
+            links[(left, right)] += line.cost * hidden + covered * (SEEN_COST * sure + UNSURE_COST * (1 - sure))
     rows, columns, capacity = [], [], []
     for (a, b), cost in sorted(links.items()):
         value = round(UNIT * cost)
