@@ -137,7 +137,7 @@ def _walked_through(box: WallBox, trajectory: Floats | None) -> tuple[float, ...
     x, y = trajectory[:, 1] - box.start[0], trajectory[:, 2] - box.start[1]
     along, across = x * dx + y * dy, y * dx - x * dy
     level = trajectory[:, 3] - box.base
-    rows = np.flatnonzero((across[:-1] * across[1:] < 0) & (level[:-1] > 0) & (level[:-1] < box.height))
+    rows = np.flatnonzero(((across[:-1] < 0) != (across[1:] < 0)) & (level[:-1] > 0) & (level[:-1] < box.height))
     share = across[rows] / (across[rows] - across[rows + 1])
     place = along[rows] + share * (along[rows + 1] - along[rows])
     step = np.hypot(np.diff(x)[rows], np.diff(y)[rows])

@@ -12,6 +12,7 @@ from indoor_bim.plan.wall_picture import WallPicture
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 
+CLEARLY = 4  # rays from one side into the 3 x 3 cells around a cell
 SMALLEST_SIDE = 0.30  # metres: smaller holes are sockets, pipes and gaps in the scan
 LEAST_RAYS = 30
 NARROW_BAR = 0.20  # metres: mullions, transoms and stripes without rays do not end a hole
@@ -48,7 +49,8 @@ class Hole:
 def cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     """Open cells and wall cells of a picture; the others are unknown.
 
-    A cell takes the majority of the rays in the 3 x 3 cells around it; where there are fewer than two, nothing is known.
+    A cell takes the majority of the rays in the 3 x 3 cells around it; where there are fewer than two, nothing is known. A recess
+    that one side shows clearly is open, whatever the other side shows: the leaf of a door may lie in the plane of one face.
 
     Parameters
     ----------
@@ -60,9 +62,11 @@ def cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     open_cells, wall_cells : (rows, columns) bool
         Cells that rays went into; cells whose face was hit.
     """
-    entered, face = _around(picture.entered), _around(picture.face)
-    known = entered + face >= 2
-    return known & (entered > face), known & (face >= entered)
+    entered, face = (np.stack([_around(side) for side in counts]) for counts in (picture.entered, picture.face))
+    known = (entered + face).sum(axis=0) >= 2
+    open_cells = known & (entered.sum(axis=0) > face.sum(axis=0))
+    open_cells |= ((entered > face) & (entered >= CLEARLY)).any(axis=0)
+    return open_cells, known & ~open_cells
 
 
 def blind_cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
@@ -78,7 +82,7 @@ def blind_cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     open_cells, wall_cells : (rows, columns) bool
         Cells around which no face was hit, or more was hit inside the wall; the others.
     """
-    entered, face = _around(picture.entered), _around(picture.face)
+    entered, face = _around(picture.entered.sum(axis=0)), _around(picture.face.sum(axis=0))
     wall_cells = (face >= 2) & (face >= entered)
     return ~wall_cells, wall_cells
 

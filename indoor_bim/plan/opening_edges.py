@@ -16,6 +16,7 @@ WINDOW = 0.25  # metres on either side of an edge that is looked at
 NARROWEST_FRAME, WIDEST_FRAME = 0.02, 0.08  # metres: face width of door and window frames
 FRAME_STEP = 0.004  # metres: smallest step in depth between a frame and a face that counts
 SURE = 6.0  # times the standard error
+REVEAL_BLUR = 0.012  # metres next to an edge where hits may lie on its reveal
 LEAST_FACE = 0.05  # metres of face beyond a frame that show it to be one
 AGREEMENT = 0.02  # metres between the views of an edge from either side
 REVEAL_SHARE = 0.3  # of the tolerance
@@ -198,10 +199,9 @@ def frame_width(distance: Floats, depth: Floats) -> float:
     depth : (n,) float64
         Their depths, metres.
     """
-    order = np.argsort(distance, kind="stable")
-    x, y = distance[order], depth[order]
-    keep = x < WINDOW
-    x, y = x[keep], y[keep]
+    keep = (distance > REVEAL_BLUR) & (distance < WINDOW)
+    order = np.argsort(distance[keep], kind="stable")
+    x, y = distance[keep][order], depth[keep][order]
     count = np.arange(1, len(x))
     width = (x[:-1] + x[1:]) / 2
     possible = (width >= NARROWEST_FRAME) & (width <= min(WIDEST_FRAME, x[-1] - LEAST_FACE)) if len(x) else np.zeros(0, dtype=bool)

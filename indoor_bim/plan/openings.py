@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.door_frames import with_frame
 from indoor_bim.plan.door_leaves import Leaf, find_leaves
 from indoor_bim.plan.holes import Hole
 from indoor_bim.plan.opening_edges import Edge, Traces, place_edges
@@ -27,17 +28,11 @@ DEEPEST_PANE = 0.30  # metres behind a face
 RING = 0.3  # metres around a hole
 BLIND_PROOF = 0.6  # confidence at most of what is known by its edges alone
 WALKED_MARGIN = 0.10  # metres
+THICKEST_LEAF = 0.07  # metres
 LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
 FEW = 3  # rays
 HIDDEN_SHARE = 0.2  # of the rays per area that go into a hole: fewer below it are stray
 HIDING_COLUMN = 0.05  # metres along a wall
-LEAF_REACH = 0.4  # metres next to an edge where the leaf of a closed door is looked at
-NARROWEST_FRAME = 0.025  # metres
-JAMB_REACH = 0.12  # metres
-JAMBS = ("start", "end")
-OUTWARD = {"start": -1, "end": 1, "top": 1}
-SMALLEST_STEP = 0.015  # metres between the front of a frame and the leaf in it
-LEAF_BAND = 0.2  # metres from the other edges of a door: where one of them is looked at
 ONE_LEAF = 1.35  # metres: no single leaf is wider
 
 Kind = Literal["door", "window", "opening"]
@@ -140,7 +135,8 @@ def name_opening(
     depth = rays.depth[inside]
     through = float((depth > through_depth).mean()) if len(depth) else 0.0
     glass = _is_glass(hole, rays, where, tolerance=tolerance)
-    is_through = glass if blind else through > THROUGH_SHARE
+    flush = _is_flush(hole, where)
+    is_through = (glass and not flush) if blind else through > THROUGH_SHARE
     was_walked = to_floor and any(start - WALKED_MARGIN < x < end + WALKED_MARGIN for x in walked)
     width = end - start
     leaves: tuple[Leaf, ...] = ()
@@ -151,7 +147,7 @@ def name_opening(
             return None
         leaves = find_leaves(*around, start=start, end=end, thickness=wall.thickness) if width <= max_door_width else ()
         closed = not is_through and not was_walked
-        if closed and not _is_leaf(depth, wall):
+        if closed and not _is_leaf(depth, rays.side[inside], wall, flush=flush):
             return None
         if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
             pane = _has_pane(hole, rays, tolerance=tolerance, thickness=wall.thickness)
@@ -159,11 +155,11 @@ def name_opening(
         else:
             kind = "door"
     else:
-        if not (is_through or glass):
+        if not is_through and (flush or not glass):
             return None
         kind = "window"
     if kind == "door" and (leaves or closed):
-        framed = _with_frame(edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed, frame=frame)
+        framed = with_frame(edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed, frame=frame)
         start, end, top = max(framed["start"], 0.0), min(framed["end"], wall.length), min(framed["top"], wall.height)
     seen = [edges["start"].seen, edges["end"].seen, edges["top"].seen or to_ceiling, edges["bottom"].seen or to_floor]
     if blind and not all(seen):
@@ -214,16 +210,29 @@ def _is_framed(edges: dict[str, Edge], *, to_ceiling: bool, to_floor: bool) -> b
     return jambs >= 1 and sum(edge.seen for edge in edges.values()) >= 2
 
 
-def _is_leaf(depth: NDArray, wall: WallBox) -> bool:
-    """True where rays ended on one plane within the wall."""
-    if not len(depth):
-        return False
-    middle = float(np.median(depth))
-    return middle < max(wall.thickness, 0.1) and float(np.mean(np.abs(depth - middle) < 2 * LEAF_SPREAD)) > 0.6
+def _is_flush(hole: Hole, where: Traces) -> bool:
+    """True where one face runs on over a hole that the other side shows."""
+    over = (where.face_along > hole.start + GLASS_INSET) & (where.face_along < hole.end - GLASS_INSET)
+    over &= (where.face_up > hole.bottom + GLASS_INSET) & (where.face_up < hole.top - GLASS_INSET)
+    inside = (where.open_along > hole.start) & (where.open_along < hole.end) & (where.open_up > hole.bottom) & (where.open_up < hole.top)
+    hits = [(int((over & (where.face_side == side)).sum()), int((inside & (where.open_side == side)).sum())) for side in (1, -1)]
+    return any(face > entered for face, entered in hits if face >= FEW)
+
+
+def _is_leaf(depth: NDArray, side: NDArray, wall: WallBox, *, flush: bool) -> bool:
+    """True where rays ended on one plane within the wall; no farther from a face that runs on behind it than a leaf is thick."""
+    for mine in (depth[side == 1], depth[side == -1]):
+        if len(mine) < FEW:
+            continue
+        middle = float(np.median(mine))
+        on_plane = float(np.mean(np.abs(mine - middle) < 2 * LEAF_SPREAD))
+        if middle < max(wall.thickness, 0.1) and on_plane > 0.6 and not (flush and wall.thickness - middle > THICKEST_LEAF):
+            return True
+    return False
 
 
 def _is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) -> bool:
-    """True where far fewer rays returned from within the hole than from the wall around it."""
+    """True where far fewer rays returned from within the hole than from the wall around it, from either side."""
     inset = min(GLASS_INSET, hole.width / 4, hole.height / 4)
     inside = (rays.depth > tolerance) & (rays.along > hole.start + inset) & (rays.along < hole.end - inset)
     inside &= (rays.up > hole.bottom + inset) & (rays.up < hole.top - inset)
@@ -231,7 +240,8 @@ def _is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) ->
     ring = (where.face_along > hole.start - RING) & (where.face_along < hole.end + RING)
     ring &= (where.face_up > hole.bottom - RING) & (where.face_up < hole.top + RING)
     ring_area = (hole.width + 2 * RING) * (hole.height + 2 * RING) - hole.width * hole.height
-    return int(inside.sum()) / area < GLASS_DENSITY * int(ring.sum()) / ring_area
+    counts = [(int((inside & (rays.side == side)).sum()), int((ring & (where.face_side == side)).sum())) for side in (1, -1)]
+    return all(returned / area < GLASS_DENSITY * face / ring_area for returned, face in counts if returned >= FEW or face >= FEW)
 
 
 def _has_pane(hole: Hole, rays: WallRays, *, tolerance: float, thickness: float) -> bool:
@@ -240,41 +250,3 @@ def _has_pane(hole: Hole, rays: WallRays, *, tolerance: float, thickness: float)
     inside = (rays.depth > tolerance) & (rays.along > hole.start + inset) & (rays.along < hole.end - inset)
     inside &= (rays.up > hole.bottom + inset) & (rays.up < hole.top - inset)
     return int(inside.sum()) > 0 and float((rays.depth[inside] < max(thickness, DEEPEST_PANE)).mean()) > PANE_SHARE
-
-
-def _with_frame(
-    edges: dict[str, Edge], rays: WallRays, *, tolerance: float, thickness: float, closed: bool, frame: float
-) -> dict[str, float]:
-    """Start, end and top of a door with its frame.
-
-    Where the clear passage is narrower than the hole in the face, the frame stands in the hole and is part of it already. Otherwise
-    it was told from the face by its depth, or lies in the plane of the face and has the given width.
-    """
-    level = (rays.up > LEAF_BAND) & (rays.up < edges["top"].place - LEAF_BAND)
-    hole = {name: edges[name].place - outward * edges[name].frame for name, outward in OUTWARD.items()}
-    if closed:
-        entered = level & (rays.depth > tolerance)
-        in_hole = any(_steps_back((hole[name] - rays.along[entered]) * OUTWARD[name], rays.depth[entered]) for name in JAMBS)
-    else:
-        within = level & (rays.depth > thickness / 4) & (rays.depth < thickness * 3 / 4)
-        jambs = [_jamb_surface((hole[name] - rays.along_end[within]) * OUTWARD[name]) for name in JAMBS]
-        in_hole = float(np.mean(jambs)) > NARROWEST_FRAME
-    if in_hole:
-        return hole
-    told = [edges[name].frame for name in OUTWARD if edges[name].frame > 0]
-    usual = float(np.median(told)) if told else frame
-    return {name: hole[name] + outward * (edges[name].frame or usual) for name, outward in OUTWARD.items()}
-
-
-def _jamb_surface(inward: NDArray) -> float:
-    """Distance from an edge of the face to the surface of the jamb in the depth of the wall; 0 where too little was seen."""
-    near = inward[np.abs(inward) < JAMB_REACH]
-    return float(np.median(near)) if len(near) >= 10 else 0.0
-
-
-def _steps_back(inward: NDArray, depth: NDArray) -> bool:
-    """True where the strip next to an edge stands before the leaf of a closed door."""
-    strip, leaf = depth[(inward > 0) & (inward < 0.04)], depth[(inward > 0.12) & (inward < LEAF_REACH)]
-    if len(strip) < 10 or len(leaf) < 10:
-        return False
-    return float(np.median(leaf)) - float(np.median(strip)) > SMALLEST_STEP

@@ -39,15 +39,14 @@ def wall_image(picture: WallPicture, openings: Iterable[tuple[float, float, floa
     (height, width, 3) uint8
         RGB, row 0 at the top of the wall.
     """
-    image = np.full((*picture.face.shape, 3), NOTHING, dtype=np.float64)
-    image[(picture.front > 0) & (picture.face + picture.entered == 0)] = FRONT
-    total = picture.face + picture.entered
+    face, entered, through = (counts.sum(axis=0) for counts in (picture.face, picture.entered, picture.through))
+    image = np.full((*face.shape, 3), NOTHING, dtype=np.float64)
+    total = face + entered
+    image[(picture.front > 0) & (total == 0)] = FRONT
     seen = total > 0
     share = np.where(seen, total, 1)[:, :, None]
-    only_in = picture.entered - picture.through
-    mixed = (picture.face[:, :, None] * np.array(FACE) + only_in[:, :, None] * np.array(ENTERED)) + picture.through[:, :, None] * np.array(
-        THROUGH
-    )
+    colours = [(face, FACE), (entered - through, ENTERED), (through, THROUGH)]
+    mixed = sum(counts[:, :, None] * np.array(colour) for counts, colour in colours)
     image[seen] = (mixed / share)[seen]
     pixels = np.repeat(np.repeat(np.round(image).astype(np.uint8), zoom, axis=0), zoom, axis=1)
     height, width = pixels.shape[:2]

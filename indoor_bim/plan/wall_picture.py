@@ -18,17 +18,17 @@ POINTS_PER_CELL = 6.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class WallPicture:
-    """Counts per cell, row 0 at the foot of the wall, column 0 at the first end of its axis.
+    """Counts per side (0 left, 1 right) and cell, row 0 at the foot of the wall, column 0 at the first end of its axis.
 
     Parameters
     ----------
     cell : float
         Side of a cell, metres.
-    face : (rows, columns) int64
+    face : (2, rows, columns) int64
         Hits on the faces.
-    entered : (rows, columns) int64
+    entered : (2, rows, columns) int64
         Rays that ended behind the face they came to, counted where they met it.
-    through : (rows, columns) int64
+    through : (2, rows, columns) int64
         Those of them that ended behind the other face as well.
     front : (rows, columns) int64
         Points in front of the faces.
@@ -95,11 +95,15 @@ def draw_picture(
     through = went_in & (rays.depth > through_depth)
     nothing = np.zeros(0)
     ahead = before if before is not None else (nothing, nothing)
+
+    def by_side(along: NDArray, up: NDArray, rows: NDArray[np.bool_]) -> Counts:
+        return np.stack([_count(along[mine], up[mine], cell, shape) for mine in (rows & (rays.side == side) for side in (1, -1))])
+
     return WallPicture(
         cell,
-        face=_count(rays.along_end[on_face], rays.up_end[on_face], cell, shape),
-        entered=_count(rays.along[went_in], rays.up[went_in], cell, shape),
-        through=_count(rays.along[through], rays.up[through], cell, shape),
+        face=by_side(rays.along_end, rays.up_end, on_face),
+        entered=by_side(rays.along, rays.up, went_in),
+        through=by_side(rays.along, rays.up, through),
         front=_count(ahead[0], ahead[1], cell, shape),
     )
 

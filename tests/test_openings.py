@@ -1,0 +1,233 @@
+"""Openings in a wall with known holes."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scanned_wall import HEIGHT, LENGTH, Hole, Scan, Screen, leaf, scan, storey
+
+from indoor_bim.model import Storey
+from indoor_bim.openings import find_openings
+from indoor_bim.params import OpeningParams
+from indoor_bim.wall_views import wall_views, write_wall_pictures
+
+DOOR = Hole(1.213, 2.118, 0.0, 2.087)
+WINDOW = Hole(3.407, 4.791, 0.913, 2.204, pane=0.1)
+
+
+def openings(measured: Scan, **options):
+    return find_openings(measured.storey, measured.points, **{**measured.given(), **options}).walls[0].openings
+
+
+@pytest.fixture(scope="module")
+def both() -> Scan:
+    return scan([DOOR, WINDOW])
+
+
+def sides(opening):
+    return opening.start, opening.start + opening.width, opening.sill, opening.sill + opening.height
+
+
+def test_sizes_are_exact_on_clean_data(both):
+    door, window = openings(both)
+    assert (door.kind, window.kind) == ("door", "window")
+    assert sides(door) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.004)
+    assert sides(window) == pytest.approx((WINDOW.start, WINDOW.end, WINDOW.bottom, WINDOW.top), abs=0.004)
+    assert min(door.confidence, window.confidence) > 0.85
+    assert door.evidence.support > 1000
+    assert door.evidence.sides == 2
+
+
+def test_the_storey_itself_is_left_alone(both):
+    found = find_openings(both.storey, both.points, **both.given())
+    assert both.storey.walls[0].openings == ()
+    assert replace(found, walls=both.storey.walls) == both.storey
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.9, -2.5])
+def test_turning_and_moving_the_building_changes_nothing(both, angle):
+    turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
+    shift = np.array([31.0, -17.0, 2.9])
+
+    def moved(points):
+        return points @ turn.T + shift
+
+    ends = moved(np.array([[0, 0, 0], [LENGTH, 0, 0]]))[:, :2]
+    wall = replace(both.storey.walls[0], axis=tuple(map(tuple, ends.tolist())), base=2.9)
+    path = np.column_stack([both.trajectory[:, 0], moved(both.trajectory[:, 1:])])
+    found = find_openings(replace(both.storey, walls=(wall,)), moved(both.points), trajectory=path, gps_time=both.gps_time)
+    for here, there in zip(openings(both), found.walls[0].openings, strict=True):
+        assert here.kind == there.kind
+        assert sides(here) == pytest.approx(sides(there), abs=0.001)
+
+
+def test_the_order_of_the_points_changes_nothing(both):
+    order = np.random.default_rng(3).permutation(len(both.points))
+    shuffled = replace(both, points=both.points[order], gps_time=both.gps_time[order])
+    assert openings(shuffled) == openings(both)
+
+
+def test_a_wall_drawn_the_other_way_has_the_same_openings_mirrored(both):
+    wall = both.storey.walls[0]
+    turned = replace(both, storey=replace(both.storey, walls=(replace(wall, axis=wall.axis[::-1]),)))
+    for here, there in zip(openings(both), openings(turned)[::-1], strict=True):
+        assert here.start == pytest.approx(LENGTH - there.start - there.width, abs=0.001)
+        assert (here.sill, here.height) == pytest.approx((there.sill, there.height), abs=0.001)
+
+
+@pytest.mark.parametrize("hinge", ["start", "end"])
+@pytest.mark.parametrize("swing", [1, -1])
+@pytest.mark.parametrize("angle", [70.0, 90.0, 120.0])
+def test_an_open_leaf_tells_hinge_and_swing(hinge, swing, angle):
+    jamb, outward = (DOOR.start, 1.0) if hinge == "start" else (DOOR.end, -1.0)
+    panel = leaf(jamb, outward, DOOR.end - DOOR.start, swing=swing, angle=angle)
+    (door,) = openings(scan([DOOR], extra=panel), frame=0.0)
+    assert (door.hinge, door.swing, door.leaves) == (hinge, "left" if swing == 1 else "right", 1)
+
+
+def test_two_leaves_make_a_double_door():
+    wide = Hole(1.5, 3.3, 0.0, 2.1)
+    panels = np.vstack([leaf(1.5, 1.0, 0.9, swing=1), leaf(3.3, -1.0, 0.9, swing=1)])
+    (door,) = openings(scan([wide], extra=panels), frame=0.0)
+    assert (door.leaves, door.swing, door.hinge) == (2, "left", None)
+    assert door.width == pytest.approx(1.8, abs=0.006)
+
+
+@pytest.mark.parametrize(("left", "right"), [(0.04, 0.12), (0.08, 0.08), (0.16, 0.0), (0.0, 0.16)])
+def test_a_closed_leaf_in_the_wall_is_a_door(left, right):
+    closed = replace(DOOR, depth=left, depth_right=right)
+    (door,) = openings(scan([closed]), frame=0.0)
+    assert door.kind == "door"
+    assert sides(door) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.006)
+    assert (door.hinge, door.swing) == (None, None)
+
+
+def test_a_frame_in_the_plane_of_the_wall_has_the_given_width():
+    closed = replace(DOOR, depth=0.08, depth_right=0.08)
+    (plain,) = openings(scan([closed]), frame=0.0)
+    (framed,) = openings(scan([closed]), frame=0.05)
+    assert framed.width - plain.width == pytest.approx(0.10, abs=1e-3)
+    assert framed.height - plain.height == pytest.approx(0.05, abs=1e-3)
+
+
+def test_a_passage_up_to_the_ceiling_is_an_opening():
+    (passage,) = openings(scan([Hole(2.0, 3.2, 0.0, HEIGHT)]))
+    assert (passage.kind, passage.leaves) == ("opening", 0)
+    assert passage.height == pytest.approx(HEIGHT, abs=0.01)
+
+
+def test_the_path_through_a_wall_proves_a_door():
+    (seen,) = openings(scan([DOOR]))
+    (walked,) = openings(scan([DOOR], walk=[((1.7, 1.5), (1.7, -1.5))]))
+    assert seen.confidence < walked.confidence == pytest.approx(1.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        pytest.param({"holes": [Hole(2.0, 3.0, 0.8, 1.8, depth=0.15, depth_right=0.0)]}, id="niche"),
+        pytest.param({"holes": [Hole(2.0, 3.0, 0.0, 2.1, depth=0.10, depth_right=0.0)]}, id="niche down to the floor"),
+        pytest.param({"screens": [Screen(1.0, 2.0, 0.0, 2.1, 0.6)]}, id="cupboard"),
+        pytest.param({"screens": [Screen(1.0, 2.0, 0.9, 2.1, 0.08)]}, id="board"),
+        pytest.param({"unseen": [Screen(1.0, 2.0, 0.0, 2.1, 0.0)], "sides": (1,)}, id="unscanned"),
+        pytest.param({"screens": [Screen(1.0, 2.0, 0.0, 2.1, 0.6)], "sides": (1,)}, id="cupboard seen from one side"),
+        pytest.param({}, id="plain wall"),
+    ],
+)
+@pytest.mark.parametrize("path_known", [True, False])
+def test_what_is_not_an_opening(made, path_known):
+    measured = scan(**made)
+    given = measured.given() if path_known else {"trajectory": None, "gps_time": None}
+    assert openings(measured, **given) == ()
+
+
+def test_without_the_path_openings_are_found_by_their_reveals(both):
+    door, window = openings(both, trajectory=None, gps_time=None)
+    assert (door.kind, window.kind) == ("door", "window")
+    assert sides(door) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.015)
+    assert sides(window) == pytest.approx((WINDOW.start, WINDOW.end, WINDOW.bottom, WINDOW.top), abs=0.015)
+    assert max(door.confidence, window.confidence) <= 0.6
+
+
+def test_a_path_without_times_is_no_path(both):
+    timeless = both.trajectory.copy()
+    timeless[:, 0] = np.nan
+    assert openings(both, trajectory=timeless) == openings(both, trajectory=None, gps_time=None)
+
+
+def test_a_path_of_another_clock_is_no_path(both):
+    other = both.trajectory.copy()
+    other[:, 0] += 1e6
+    assert openings(both, trajectory=other) == openings(both, trajectory=None, gps_time=None)
+
+
+def test_furniture_under_a_window_does_not_make_it_a_door():
+    measured = scan([WINDOW], screens=[Screen(3.0, 5.2, 0.0, 0.8, 0.5)])
+    assert [o.kind for o in openings(measured)] == ["window"]
+
+
+def test_drift_of_the_scanner_does_not_make_openings(both):
+    drift = 0.03 * np.sin(both.gps_time / 4.0)
+    points = both.points + np.column_stack([np.zeros_like(drift), drift, np.zeros_like(drift)])
+    path = both.trajectory + np.column_stack(
+        [np.zeros((len(both.trajectory), 2)), 0.03 * np.sin(both.trajectory[:, 0] / 4.0), np.zeros(len(both.trajectory))]
+    )
+    found = find_openings(both.storey, points, trajectory=path, gps_time=both.gps_time).walls[0].openings
+    assert [o.kind for o in found] == ["door", "window"]
+    for drifted, still in zip(found, openings(both), strict=True):
+        assert sides(drifted) == pytest.approx(sides(still), abs=0.015)
+
+
+def test_noise_of_a_walked_scanner_costs_centimetres(both):
+    rng = np.random.default_rng(5)
+    noisy = both.points + rng.normal(0, 0.015, both.points.shape)
+    for measured, exact in zip(openings(replace(both, points=noisy)), openings(both), strict=True):
+        assert measured.kind == exact.kind
+        assert sides(measured) == pytest.approx(sides(exact), abs=0.03)
+
+
+def test_what_is_less_certain_than_asked_for_is_left_out(both):
+    assert openings(both, min_confidence=0.999) == ()
+
+
+def test_no_walls_and_no_points():
+    empty = Storey("S1", "Storey 1", 0.0, 2.5)
+    assert find_openings(empty, np.zeros((0, 3))) == empty
+    assert find_openings(storey(), np.zeros((0, 3))) == storey()
+
+
+def test_names_count_through_the_storey(both):
+    ids = [o.id for o in openings(both)]
+    assert ids == ["S1-Door1", "S1-Window1"]
+
+
+def test_every_parameter_is_declared_once():
+    options = {p.name: p.default for p in inspect.signature(find_openings).parameters.values() if p.kind is p.KEYWORD_ONLY}
+    declared = OpeningParams().model_dump()
+    assert {name: options[name] for name in declared} == declared
+    assert set(options) - set(declared) == {"trajectory", "gps_time"}
+
+
+def test_pictures_are_written_for_every_wall(both, tmp_path):
+    (file,) = write_wall_pictures(both.storey, both.points, tmp_path, **both.given())
+    assert file.name == "S1-W001.png"
+    assert file.read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_picture_shows_face_hole_and_what_stands_before(both):
+    measured = scan([DOOR], screens=[Screen(4.0, 5.0, 0.0, 2.0, 0.6)], sides=(1,))
+    (view,) = wall_views(measured.storey, measured.points, **measured.given())
+    cell = view.picture.cell
+
+    def block(counts, x0, x1, z0, z1):
+        return counts[..., int(z0 / cell) : int(z1 / cell), int(x0 / cell) : int(x1 / cell)]
+
+    left, right = 0, 1
+    assert block(view.picture.face[left], 2.5, 3.5, 0.3, 2.0).mean() > 1
+    assert block(view.picture.face[left], 1.3, 2.0, 0.3, 2.0).sum() == 0
+    assert block(view.picture.through[left], 1.3, 2.0, 0.6, 2.0).mean() > 1
+    assert view.picture.face[right].sum() == view.picture.entered[right].sum() == 0
+    assert block(view.picture.front, 4.1, 4.9, 0.3, 1.8).mean() > 0.5
