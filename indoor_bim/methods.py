@@ -87,4 +87,55 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     return Reconstruction(levelled.frame, (storey,), warnings=warnings)
 
 
-METHODS: Mapping[str, Method] = MappingProxyType({"slope": slope})
+def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
+    """Rooms and faces by evidence below the ceiling, a cell complex and a minimum cut; the default.
+
+    Parameters
+    ----------
+    cloud : Cloud
+        The scan.
+    params : Params
+        All parameters.
+    stages : Stages
+        Keeps every stage's product; "plan", "walls" and "openings" hold one product for each storey.
+    """
+    from indoor_bim.auto import auto_storey, sensor_positions
+    from indoor_bim.cloud.levels import level
+    from indoor_bim.openings import find_openings
+    from indoor_bim.storeys import storey_from_plan
+
+    with stages("level") as keep:
+        levelled = level(cloud)
+        keep(levelled)
+    sensor = None
+    if cloud.gps_time is not None and levelled.trajectory is not None:
+        sensor = sensor_positions(cloud.gps_time, levelled.trajectory)
+    with stages("plan") as keep:
+        plans = [auto_storey(levelled, number, sensor) for number in range(len(levelled.storeys))]
+        keep(plans)
+    warnings = list(levelled.warnings)
+    storeys: list[Storey] = []
+    with stages("walls") as keep:
+        tables = []
+        for found in plans:
+            storey, walls, doubts = storey_from_plan(
+                found.plan,
+                number=len(storeys) + 1,
+                min_thickness=params.walls.min_thickness,
+                max_thickness=params.walls.max_thickness,
+            )
+            if not storey.walls:
+                warnings.append(f"no walls were found on the level at {storey.elevation:.2f} m")
+                continue
+            storeys.append(storey)
+            tables.append(walls)
+            warnings += doubts
+        keep(tables)
+    with stages("openings") as keep:
+        path, time, chosen = levelled.trajectory, cloud.gps_time, params.openings.model_dump()
+        storeys = [find_openings(storey, levelled.points, trajectory=path, gps_time=time, **chosen) for storey in storeys]
+        keep(storeys)
+    return Reconstruction(levelled.frame, tuple(storeys), warnings=tuple(warnings))
+
+
+METHODS: Mapping[str, Method] = MappingProxyType({"auto": auto, "slope": slope})
