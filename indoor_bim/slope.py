@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import WALL, LevelledCloud
 from indoor_bim.cloud.filters import radius_inliers
-from indoor_bim.cloud.planes import thin_evenly
 from indoor_bim.cloud.spacing import point_spacing
+from indoor_bim.cloud.thinning import thin_evenly
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan.facing import orient_by_free_space
 from indoor_bim.plan.heights import line_heights

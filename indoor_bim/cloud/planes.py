@@ -15,13 +15,13 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import CEILING, FLOOR, WALL, Cloud, LevelledCloud, StoreyLevels
 from indoor_bim.cloud.filters import statistical_inliers
+from indoor_bim.cloud.thinning import MICROMETRE, thin_evenly
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan.directions import main_direction
 
 Points = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-MICROMETRE = 1e-6
 LARGEST_TILT = np.deg2rad(35)
 """Tilt beyond which the axis that the principal components offer as vertical is not believed."""
 LARGEST_SLANT = np.deg2rad(3)
@@ -246,40 +246,6 @@ def refit_plane(points: Points, plane: Plane, *, reach: float = 0.06, least_reac
         plane = fit_plane(points[near]).facing(plane.normal)
         reach = float(max(least_reach, min(3 * spread, 0.10)))
     return plane, spread
-
-
-def thin_evenly(points: Points, *, cell: float, layer: float | None = None) -> Points:
-    """Mean of the points in every occupied box, sorted by box; the same for every order of the points.
-
-    Parameters
-    ----------
-    points : (n, 3) float64
-        Points, metres.
-    cell : float
-        Side of the boxes along x and y, metres.
-    layer : float, optional
-        Their height, metres; None: cubes.
-
-    Returns
-    -------
-    (m, 3) float64
-        One point per occupied box, exact to a micrometre.
-
-    Examples
-    --------
-    >>> thin_evenly(np.array([[0.1, 0.1, 0.1], [0.3, 0.3, 0.1], [2.5, 0.5, 0.5]]), cell=1.0).round(6).tolist()
-    [[0.2, 0.2, 0.1], [2.5, 0.5, 0.5]]
-    """
-    whole = np.rint(points / MICROMETRE)
-    sides = np.rint(np.array([cell, cell, cell if layer is None else layer]) / MICROMETRE)
-    index = np.floor(whole / sides).astype(np.int64)
-    index -= index.min(axis=0)
-    size = index.max(axis=0) + 1
-    key = (index[:, 0] * size[1] + index[:, 1]) * size[2] + index[:, 2]
-    _, member, count = np.unique(key, return_inverse=True, return_counts=True)
-    # sums of whole numbers below 2**53 are exact, whatever their order
-    sums = np.column_stack([np.bincount(member, weights=axis) for axis in whole.T])
-    return np.rint(sums / count[:, None]) * MICROMETRE
 
 
 def main_body(points: Points, *, cell: float = 0.5, share: float = 0.02) -> Mask:

@@ -6,6 +6,8 @@ looks at all points and takes those of its share of the columns.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
@@ -52,29 +54,78 @@ def sum_voxels(
     """
     points = np.ascontiguousarray(points)
     threads = threads_for(len(points)) if threads is None else threads
-
-    def share(part: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-        slots = 1 << (max(len(points) // (2 * threads), 512)).bit_length()
-        taken, sums = np.full(slots, FREE), np.zeros((slots, 4), dtype=np.int64)
-        done = used = 0
-        while True:
-            done, used = _add(points, low, voxel_size, strides, part, threads, done, used, taken, sums)
-            filled = np.flatnonzero(taken != FREE)
-            if done == len(points):
-                return taken.take(filled), filled, sums
-            wider, wider_sums = np.full(4 * len(taken), FREE), np.zeros((4 * len(taken), 4), dtype=np.int64)
-            _move(taken.take(filled), sums.take(filled, axis=0), wider, wider_sums)
-            taken, sums = wider, wider_sums
-
-    shares = in_threads(share, range(threads), threads=threads)
-    keys = np.concatenate([keys for keys, _, _ in shares])
-    order = np.argsort(keys)
-    place = np.zeros(len(keys), dtype=np.int64)
-    place[order] = np.arange(len(keys))
-    places = np.split(place, np.cumsum([len(keys) for keys, _, _ in shares])[:-1])
+    grid = (low, voxel_size, strides)
+    shares = in_threads(lambda part: _share(_add, points, grid, part, threads), range(threads), threads=threads)
+    keys, places = _ranked([keys for keys, _, _ in shares])
     count, mean = np.zeros(len(keys), dtype=np.int64), np.zeros((len(keys), points.shape[1]))
-    in_threads(lambda k: _mean(*shares[k], places[k], low, voxel_size, strides, count, mean), range(threads), threads=threads)
-    return keys.take(order), count, mean
+    in_threads(lambda k: _mean(*shares[k], places[k], *grid, count, mean), range(threads), threads=threads)
+    return keys, count, mean
+
+
+def sum_boxes(
+    points: NDArray[np.float64],
+    *,
+    unit: float,
+    sides: NDArray[np.float64],
+    first: NDArray[np.int64],
+    strides: NDArray[np.int64],
+    threads: int | None = None,
+) -> NDArray[np.float64]:
+    """Means of the points in the occupied boxes of a grid that is fixed in space, in whole units, by ascending key.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Finite points; they are rounded to whole units first.
+    unit : float
+        Step of the coordinates.
+    sides : (3,) float64
+        Sides of the boxes, whole numbers of units.
+    first : (3,) int64
+        Smallest index of a box along each axis.
+    strides : (3,) int64
+        Difference of the keys of boxes that lie side by side along each axis.
+    threads : int, optional
+        Threads; None: as many as there are processors. The result is the same.
+
+    Returns
+    -------
+    (k, 3) float64
+    """
+    points = np.ascontiguousarray(points)
+    threads = threads_for(len(points)) if threads is None else threads
+    grid = (unit, sides, first, strides)
+    shares = in_threads(lambda part: _share(_add_whole, points, grid, part, threads), range(threads), threads=threads)
+    keys, places = _ranked([keys for keys, _, _ in shares])
+    mean = np.zeros((len(keys), 3))
+    in_threads(lambda k: _whole_mean(shares[k][1], shares[k][2], places[k], unit, mean), range(threads), threads=threads)
+    return mean
+
+
+def _share(
+    add: Any, points: NDArray[np.float64], grid: tuple[Any, ...], part: int, parts: int
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Keys of one thread's voxels, their slots, and the numbers of points and sums in all slots."""
+    slots = 1 << (max(len(points) // (2 * parts), 512)).bit_length()
+    taken, sums = np.full(slots, FREE), np.zeros((slots, 4), dtype=np.int64)
+    done = used = 0
+    while True:
+        done, used = add(points, *grid, part, parts, done, used, taken, sums)
+        filled = np.flatnonzero(taken != FREE)
+        if done == len(points):
+            return taken.take(filled), filled, sums
+        wider, wider_sums = np.full(4 * len(taken), FREE), np.zeros((4 * len(taken), 4), dtype=np.int64)
+        _move(taken.take(filled), sums.take(filled, axis=0), wider, wider_sums)
+        taken, sums = wider, wider_sums
+
+
+def _ranked(parts: list[NDArray[np.int64]]) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
+    """All keys in ascending order and the place of each part's keys among them."""
+    together = np.concatenate(parts)
+    order = np.argsort(together)
+    place = np.zeros(len(together), dtype=np.int64)
+    place[order] = np.arange(len(together))
+    return together.take(order), np.split(place, np.cumsum([len(part) for part in parts])[:-1])
 
 
 def voxel_of_points(
@@ -140,6 +191,44 @@ def _add(points, low, voxel_size, strides, part, parts, start, used, taken, sums
         sums[slot, 2] += np.int64(np.rint((y - row) * RESOLUTION))
         sums[slot, 3] += np.int64(np.rint((z - layer) * RESOLUTION))
     return len(points), used
+
+
+@compiled(_points, types.float64, _floats, _keys, _keys, types.int64, types.int64, types.int64, types.int64, _keys, _sums)
+def _add_whole(points, unit, sides, first, strides, part, parts, start, used, taken, sums):  # type: ignore[no-untyped-def]
+    """As `_add`, for boxes that are whole numbers of units."""
+    side_x, side_y, side_z = sides[0], sides[1], sides[2]
+    first_x, first_y, first_z = first[0], first[1], first[2]
+    along_x, along_y, along_z = strides[0], strides[1], strides[2]
+    most = len(taken) // 2
+    for i in range(start, len(points)):
+        x, y = np.rint(points[i, 0] / unit), np.rint(points[i, 1] / unit)
+        column, row = np.int64(np.floor(x / side_x)) - first_x, np.int64(np.floor(y / side_y)) - first_y
+        if parts > 1:
+            tile = (np.uint64(column) >> np.uint64(4)) * np.uint64(0xC2B2AE3D27D4EB4F) + (np.uint64(row) >> np.uint64(4)) * HASH
+            if ((tile >> np.uint64(32)) * np.uint64(parts)) >> np.uint64(32) != np.uint64(part):
+                continue
+        z = np.rint(points[i, 2] / unit)
+        layer = np.int64(np.floor(z / side_z)) - first_z
+        key = column * along_x + row * along_y + layer * along_z
+        slot = _slot_of(key, taken)
+        if taken[slot] == FREE:
+            if used == most:
+                return i, used
+            taken[slot] = key
+            used += 1
+        sums[slot, 0] += 1
+        sums[slot, 1] += np.int64(x)
+        sums[slot, 2] += np.int64(y)
+        sums[slot, 3] += np.int64(z)
+    return len(points), used
+
+
+@compiled(_keys, _sums, _keys, types.float64, _means)
+def _whole_mean(slots, sums, places, unit, mean):  # type: ignore[no-untyped-def]
+    for i in range(len(slots)):
+        total = sums[slots[i]]
+        for axis in range(3):
+            mean[places[i], axis] = np.rint(total[1 + axis] / total[0]) * unit
 
 
 @compiled(_keys, _sums, _keys, _sums)
