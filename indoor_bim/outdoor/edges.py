@@ -135,7 +135,7 @@ def near_segment(xy: Floats, start: Floats, end: Floats, *, band: float, margin:
     offset = xy - start
     across = offset[:, 1] * d[0] - offset[:, 0] * d[1]
     rows = np.flatnonzero(np.abs(across) <= band)
-    along = offset[rows] @ d
+    along = offset[rows, 0] * d[0] + offset[rows, 1] * d[1]
     inside = (along >= margin) & (along <= length - margin)
     return along[inside], across[rows][inside], rows[inside]
 
@@ -188,12 +188,14 @@ def _weighted_line(x: Floats, y: Floats, weight: Floats) -> tuple[float, float] 
     total = weight.sum()
     if total <= 0:
         return None
-    mean_x, mean_y = (weight @ x) / total, (weight @ y) / total
-    spread = weight @ (x - mean_x) ** 2
+    mean_x, mean_y = float((weight * x).sum() / total), float((weight * y).sum() / total)
+    x, y = x - mean_x, y - mean_y
+    weighted = weight * x
+    spread = float((weighted * x).sum())
     if spread < 1e-9 * total:
         return None
-    slope = float((weight @ ((x - mean_x) * (y - mean_y))) / spread)
-    return slope, float(mean_y - slope * mean_x)
+    slope = float((weighted * y).sum()) / spread
+    return slope, mean_y - slope * mean_x
 
 
 def _square_up(edges: list[FittedEdge], beside: list[Floats]) -> list[FittedEdge]:
@@ -241,7 +243,7 @@ def _fit_offset(edge: FittedEdge, xy: Floats) -> FittedEdge:
         weight = np.clip(1 - ((across - level) / BAND) ** 2, 0.0, None) ** 2
         count = np.bincount(place, weight)
         balanced = weight / np.maximum(count, 3.0)[place]
-        moved = float(balanced @ across / balanced.sum())
+        moved = float((balanced * across).sum() / balanced.sum())
         if abs(moved - level) < SETTLED:
             break
         level = moved

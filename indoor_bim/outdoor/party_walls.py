@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import combinations
+from itertools import combinations, pairwise
 
 import numpy as np
 import shapely
@@ -56,7 +56,7 @@ def _walls_with_tops(edges: list[FittedEdge], points: Floats, foot: float) -> Fl
         _, _, near = near_segment(points[:, :2], edge.start, edge.end, band=0.15)
         count = max(1, int(edge.length / WINDOW))
         steps = edge.start + np.linspace(0, 1, count + 1)[:, None] * (edge.end - edge.start)
-        for start, end in zip(steps[:-1], steps[1:], strict=True):
+        for start, end in pairwise(steps):
             top = wall_top(replace(edge, start=start, end=end), points[near], foot=foot)
             if top is not None:
                 rows.append([*((start + end) / 2), top, edge.length / count])

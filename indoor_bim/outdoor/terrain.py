@@ -163,9 +163,26 @@ def spot_heights(ground: Floats, *, spacing: float, radius: float) -> Floats:
     ordered = cell[order]
     first = np.append(True, (ordered[1:] != ordered[:-1]).any(axis=1))
     samples = xy[order[first]]
-    around = cKDTree(xy).query_ball_point(samples, radius, return_sorted=True)
-    means = np.array([ground[near].mean(axis=0) for near in around])
+    close = ground[_close_to(xy, samples, radius)]
+    close = close[np.lexsort((close[:, 2], close[:, 1], close[:, 0]))]
+    around = cKDTree(close[:, :2]).query_ball_point(samples, radius, return_sorted=True)
+    means = np.array([close[near].mean(axis=0) for near in around])
     return means[np.lexsort((means[:, 1], means[:, 0]))]
+
+
+def _close_to(xy: Floats, samples: Floats, radius: float) -> NDArray[np.bool_]:
+    """Points in the squares of side `radius` of the samples, or in the squares beside them."""
+    stride = 1 << 31
+    steps = (np.array([-1, 0, 1])[:, None] * stride + np.array([-1, 0, 1])).ravel()
+
+    def squares(points: Floats) -> NDArray[np.int64]:
+        index = np.floor(points / radius).astype(np.int64)
+        return np.asarray(index[:, 0] * stride + index[:, 1])
+
+    wanted = np.unique(squares(samples)[:, None] + steps)
+    asked = squares(xy)
+    near: NDArray[np.bool_] = wanted[np.minimum(np.searchsorted(wanted, asked), len(wanted) - 1)] == asked
+    return near
 
 
 def _medians(key: NDArray[np.int64], values: Floats, count: int) -> tuple[Floats, NDArray[np.bool_]]:

@@ -215,8 +215,8 @@ def _tree(place: Floats, rng: np.random.Generator) -> Floats:
     trunk = np.column_stack([0.12 * np.cos(turn), 0.12 * np.sin(turn), z])
     crown = rng.normal(0, 1, (3000, 3))
     crown *= (radius * rng.random(3000) ** 0.4 / np.linalg.norm(crown, axis=1))[:, None]
-    points = np.concatenate([trunk, crown + [0, 0, height]])
-    return points + [*place, ground_height(place[None])[0]]
+    points = np.concatenate([trunk, crown + np.array([0.0, 0.0, height])])
+    return np.column_stack([points[:, :2] + place, points[:, 2] + ground_height(place[None])[0]])
 
 
 def _car(place: Floats, rng: np.random.Generator) -> Floats:
