@@ -12,7 +12,7 @@ from indoor_bim.plan.wall_picture import WallPicture
 Bools = NDArray[np.bool_]
 Ints = NDArray[np.int64]
 
-CLEARLY = 4  # rays from one side into the 3 x 3 cells around a cell
+CLEARLY = 4  # times as many rays from one side went in as met the face
 SMALLEST_SIDE = 0.30  # metres: smaller holes are sockets, pipes and gaps in the scan
 LEAST_RAYS = 30
 NARROW_BAR = 0.20  # metres: mullions, transoms and stripes without rays do not end a hole
@@ -65,7 +65,7 @@ def cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     entered, face = (np.stack([_around(side) for side in counts]) for counts in (picture.entered, picture.face))
     known = (entered + face).sum(axis=0) >= 2
     open_cells = known & (entered.sum(axis=0) > face.sum(axis=0))
-    open_cells |= ((entered > face) & (entered >= CLEARLY)).any(axis=0)
+    open_cells |= (entered >= CLEARLY * np.maximum(face, 1)).any(axis=0)
     return open_cells, known & ~open_cells
 
 

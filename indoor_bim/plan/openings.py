@@ -21,6 +21,7 @@ THRESHOLD = 0.25  # metres: what begins lower than this reaches the floor
 CEILING_GAP = 0.10  # metres: what ends closer than this to the ceiling has no lintel
 LOWEST_HIT = 0.08  # metres above the floor: lower points may be the floor's own
 THROUGH_SHARE = 0.04  # of the rays into a hole: fewer than these through it are stray
+STRAY_SHARE = 0.1  # of the hits on the other face: a face with fewer was not seen
 GLASS_DENSITY = 0.4  # of the hits on the wall around: panes return fewer rays than that, the back of a niche all
 GLASS_INSET = 0.12  # metres next to the edges of a hole that frames and reveals take
 PANE_SHARE = 0.05  # of the rays: panes return about a tenth, stray points are a hundredth
@@ -241,7 +242,8 @@ def _is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) ->
     ring &= (where.face_up > hole.bottom - RING) & (where.face_up < hole.top + RING)
     ring_area = (hole.width + 2 * RING) * (hole.height + 2 * RING) - hole.width * hole.height
     counts = [(int((inside & (rays.side == side)).sum()), int((ring & (where.face_side == side)).sum())) for side in (1, -1)]
-    return all(returned / area < GLASS_DENSITY * face / ring_area for returned, face in counts if returned >= FEW or face >= FEW)
+    most = max(face for _, face in counts)
+    return all(returned / area < GLASS_DENSITY * face / ring_area for returned, face in counts if face > most * STRAY_SHARE)
 
 
 def _has_pane(hole: Hole, rays: WallRays, *, tolerance: float, thickness: float) -> bool:
