@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import CEILING, FLOOR, WALL, Cloud, LevelledCloud, StoreyLevels
 from indoor_bim.cloud.filters import statistical_inliers
+from indoor_bim.cloud.spacing import point_spacing
 from indoor_bim.cloud.thinning import MICROMETRE, thin_evenly
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan.directions import main_direction
@@ -28,6 +29,10 @@ LARGEST_SLANT = np.deg2rad(3)
 """Angle beyond which floor and ceiling are not parallel."""
 SMALLEST_HEIGHT = 1.5
 """Storeys lower than this (metres) are not believed."""
+THIN_CELL = 0.05
+"""Side of the boxes that points are thinned to, metres."""
+ENOUGH_POINTS = 60_000
+"""So many points make a first guess as good as all do; what they guess is refined on all."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,8 +160,8 @@ def sharpest_normal(points: Points, normal: Points) -> Points:
     sample = points[:: max(1, len(points) // 30_000)]
     sample = sample - np.median(sample, axis=0)
     turn = rotation_to_z(normal)
-    for half, step, layer in ((8.0, 1.0, 0.15), (1.0, 0.25, 0.08), (0.25, 0.05, 0.04)):
-        x, y, z = (sample @ turn.T).T
+    for half, step, layer, every in ((8.0, 1.0, 0.15, 4), (1.0, 0.25, 0.08, 1), (0.25, 0.05, 0.04, 1)):
+        x, y, z = turn @ sample[::every].T
         slopes = np.tan(np.deg2rad(step)) * np.arange(-round(half / step), round(half / step) + 1)
         tilts = [(a * a + b * b, a, b) for a in slopes for b in slopes]
         _, _, a, b = max((_peakedness((a * x + b * y + z) / np.sqrt(1 + r), layer), -r, a, b) for r, a, b in tilts)
@@ -237,6 +242,7 @@ def refit_plane(points: Points, plane: Plane, *, reach: float = 0.06, least_reac
         Standard deviation of these points, metres.
     """
     spread = reach / 3
+    points = points.take(np.flatnonzero(np.abs(plane.height(points)) < 10 * reach), axis=0)
     for _ in range(6):
         height = plane.height(points)
         near = np.abs(height) < reach
@@ -347,12 +353,6 @@ def horizontal_plane(half: Points, *, normal: Points, grid_count: int) -> Plane 
     return fit_plane(flat).facing(normal) if len(flat) >= 30 else None
 
 
-def _median_spacing(points: Points) -> float:
-    from scipy.spatial import cKDTree
-
-    return float(np.median(cKDTree(points).query(points[:: max(1, len(points) // 10_000)], k=2)[0][:, 1]))
-
-
 def mean_normal(first: Plane, second: Plane) -> Points:
     """Return the unit normal (3,) of two planes that ought to be parallel, the mean of both (section 2.1, equation 6)."""
     total = first.normal + second.facing(first.normal).normal
@@ -408,16 +408,17 @@ def find_floor_and_ceiling(
     NothingToReconstructError
         If neither floor nor ceiling can be found.
     """
-    cell = 0.05
-    thin = thin_evenly(points, cell=cell)
-    thin = thin[main_body(thin)]
-    mean, up, warning = vertical_axis(thin)
+    thin = thin_evenly(points, cell=THIN_CELL)
+    thin = thin.take(np.flatnonzero(main_body(thin)), axis=0)
+    cell = THIN_CELL * max(1.0, (len(thin) / ENOUGH_POINTS) ** 0.5)
+    coarse = thin if cell == THIN_CELL else thin_evenly(thin, cell=cell)
+    mean, up, warning = vertical_axis(coarse)
     warnings = [] if warning is None else [warning]
     if grid_count is None:
-        source = thin
+        source = coarse
         grid_count = int(np.clip(np.ptp(thin, axis=0).max() / cell, 10, 5000))
     else:
-        low, high = thin.min(axis=0) - cell, thin.max(axis=0) + cell
+        low, high = thin.min(axis=0) - THIN_CELL, thin.max(axis=0) + THIN_CELL
         source = points[((points >= low) & (points <= high)).all(axis=1)]
         source = source[np.lexsort(source.T)]
     above = (source - mean) @ up >= 0
@@ -426,7 +427,7 @@ def find_floor_and_ceiling(
     guess = mean_normal(planes[0], planes[-1]) if planes else up
     normal = sharpest_normal(thin, guess)
     levels = dict(zip(("floor", "ceiling"), _floor_and_ceiling_levels(Plane(normal, 0.0).height(thin)), strict=True))
-    least = 0.02 if len(thin) < 0.8 * len(points) else max(0.02, 1.1 * _median_spacing(thin))
+    least = 0.02 if len(thin) < 0.8 * len(points) else max(0.02, 1.1 * point_spacing(thin, sample_size=ENOUGH_POINTS))
     reach = max(0.06, least)
     seen = {
         name: refit_plane(thin, Plane(normal, level), reach=reach, least_reach=least) for name, level in levels.items() if level is not None
@@ -523,9 +524,10 @@ def level_by_pca(
             f"{cloud.source}: found only {int(between.sum())} points between floor and ceiling of {len(cloud)}; "
             "expected walls: scan them too"
         )
-    upright = cloud.points[between] @ turn.T
-    walls = thin_evenly(upright, cell=0.05)
-    angle = main_direction(walls[main_body(walls), :2])
+    upright = cloud.points.take(np.flatnonzero(between), axis=0) @ turn.T
+    walls = thin_evenly(upright, cell=THIN_CELL)
+    walls = walls.take(np.flatnonzero(main_body(walls)), axis=0)
+    angle = main_direction(walls[:, :2])
     c, s = np.cos(angle), np.sin(angle)
     yaw = np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
     rotation, shift = yaw @ turn, np.array([0.0, 0.0, -low])
@@ -533,8 +535,10 @@ def level_by_pca(
     if cloud.trajectory is not None:
         trajectory = cloud.trajectory.copy()
         trajectory[:, 1:] = cloud.trajectory[:, 1:] @ rotation.T + shift
+    points = cloud.points @ rotation.T
+    points += shift
     return LevelledCloud(
-        points=cloud.points @ rotation.T + shift,
+        points=points,
         frame=cloud.frame.then(rotation, shift),
         part=part,
         storeys=(StoreyLevels(None if planes.floor is None else 0.0, None if planes.ceiling is None else planes.ceiling - low),),

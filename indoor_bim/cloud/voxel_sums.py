@@ -114,7 +114,7 @@ def _share(
         filled = np.flatnonzero(taken != FREE)
         if done == len(points):
             return taken.take(filled), filled, sums
-        wider, wider_sums = np.full(4 * len(taken), FREE), np.zeros((4 * len(taken), 4), dtype=np.int64)
+        wider, wider_sums = np.full(2 * len(taken), FREE), np.zeros((2 * len(taken), 4), dtype=np.int64)
         _move(taken.take(filled), sums.take(filled, axis=0), wider, wider_sums)
         taken, sums = wider, wider_sums
 
@@ -165,11 +165,11 @@ def _slot_of(key, taken):  # type: ignore[no-untyped-def]
 
 @compiled(_points, _floats, types.float64, _keys, types.int64, types.int64, types.int64, types.int64, _keys, _sums)
 def _add(points, low, voxel_size, strides, part, parts, start, used, taken, sums):  # type: ignore[no-untyped-def]
-    """Add points to their voxels until half of the slots are taken; returns the points done and the voxels found."""
+    """Add points to their voxels until three quarters of the slots are taken; returns the points done and the voxels found."""
     flat = points.shape[1] == 2
     x0, y0, z0 = low[0], low[1], 0.0 if flat else low[2]
     along_x, along_y, along_z = strides[0], strides[1], 0 if flat else strides[2]
-    most = len(taken) // 2
+    most = len(taken) // 4 * 3
     for i in range(start, len(points)):
         x, y = (points[i, 0] - x0) / voxel_size, (points[i, 1] - y0) / voxel_size
         column, row = np.int64(x), np.int64(y)
@@ -199,7 +199,7 @@ def _add_whole(points, unit, sides, first, strides, part, parts, start, used, ta
     side_x, side_y, side_z = sides[0], sides[1], sides[2]
     first_x, first_y, first_z = first[0], first[1], first[2]
     along_x, along_y, along_z = strides[0], strides[1], strides[2]
-    most = len(taken) // 2
+    most = len(taken) // 4 * 3
     for i in range(start, len(points)):
         x, y = np.rint(points[i, 0] / unit), np.rint(points[i, 1] / unit)
         column, row = np.int64(np.floor(x / side_x)) - first_x, np.int64(np.floor(y / side_y)) - first_y

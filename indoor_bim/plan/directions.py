@@ -9,6 +9,7 @@ Floats = NDArray[np.float64]
 
 # Angle range (degrees), step (degrees) and bin (metres) of each search, coarse to fine.
 _SEARCHES = ((45.0, 1.0, 0.20), (1.5, 0.1, 0.05), (0.2, 0.02, 0.03))
+_ENOUGH_POINTS = 30_000  # for the searches
 _SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16
 
 
@@ -42,11 +43,12 @@ def main_direction(xy: Floats) -> float:
     if len(xy) < 2:
         return 0.0
     centred = xy[np.lexsort(xy.T)] - np.median(xy, axis=0)
+    sample = centred[:: -(-len(centred) // _ENOUGH_POINTS)]
     best = 0.0
     for half, step, bin_size in _SEARCHES:
         count = round(half / step)
         angles = best + np.deg2rad(step) * np.arange(-count, count + 1)
-        scores = np.array([_sharpness(centred, angle, bin_size) for angle in angles])
+        scores = np.array([_sharpness(sample, angle, bin_size) for angle in angles])
         near_zero = np.lexsort((np.abs(angles), -scores))[0]
         best = float(angles[near_zero])
     for reach in (0.06, 0.04, 0.04):
@@ -72,14 +74,20 @@ def _remaining_turn(xy: Floats, angle: float, reach: float) -> float:
     product = square = 0.0
     for along, across in ((x, y), (y, -x)):
         low = float(across.min()) - 2 * reach
-        counts = np.convolve(np.bincount(((across - low) / (reach / 2)).astype(np.int64), minlength=8), [1, 1, 1], mode="same")
+        strip = ((across - low) / (reach / 2)).astype(np.int64)
+        in_strip = np.bincount(strip, minlength=8)
+        counts = np.convolve(in_strip, [1, 1, 1], mode="same")
         padded = np.pad(counts, 3)
         highest = np.max([padded[k : k + len(counts)] for k in range(7)], axis=0)
+        by_strip = np.argsort(strip.astype(np.uint16) if len(counts) <= 2**16 else strip, kind="stable")
+        starts = np.pad(np.cumsum(in_strip), (1, 0))
         for peak in np.flatnonzero((counts == highest) & (counts >= 0.3 * counts.max())):
-            near = np.abs(across - (low + (peak + 0.5) * reach / 2)) < reach
-            middle = float(np.median(across[near]))
-            near = np.abs(across - middle) < reach
-            t = along[near] - along[near].mean()
-            product += float((t * (across[near] - across[near].mean())).sum())
+            rows = by_strip[starts[max(peak - 5, 0)] : starts[min(peak + 6, len(in_strip))]]
+            offset = across[rows]
+            middle = float(np.median(offset[np.abs(offset - (low + (peak + 0.5) * reach / 2)) < reach]))
+            near = np.abs(offset - middle) < reach
+            t, offset = along[rows[near]], offset[near]
+            t = t - t.mean()
+            product += float((t * (offset - offset.mean())).sum())
             square += float((t * t).sum())
     return float(np.arctan2(product, square)) if square > 0 else 0.0
