@@ -24,6 +24,7 @@ REACH = 8.0
 CLOSING_REACH = 20.0
 SAME_ANGLE = np.radians(2.5)
 SAME_OFFSET = 0.10
+SEEN_THROUGH = 1.0
 WALL_COST, SQUARE_COST, OBLIQUE_COST = 0.5, 1.0, 1.7
 UNSURE_COST, SEEN_COST = 0.25, 0.02
 GROUND_WEIGHT, OVERHEAD_WEIGHT, UNKNOWN_WEIGHT, BEHIND_WALL_WEIGHT = 1.5, 0.2, 0.01, 2.0
@@ -100,7 +101,7 @@ def find_outlines(walls: list[WallLine], seen: GroundSeen, *, least_area: float,
     list of list of OutlineEdge
         Sides of each outline, counter-clockwise.
     """
-    lines = _base_lines(walls, seen)
+    lines = _base_lines(_not_behind_others(walls, seen), seen)
     if len(lines) < 2:
         return []
     cells, borders = _arrangement(lines)
@@ -115,6 +116,29 @@ def find_outlines(walls: list[WallLine], seen: GroundSeen, *, least_area: float,
         if len(edges) >= 3 and polygon.area >= least_area and covered >= least_coverage * length and _ground_share(polygon, seen) < 0.3:
             outlines.append(edges)
     return outlines
+
+
+def _not_behind_others(walls: list[WallLine], seen: GroundSeen) -> list[WallLine]:
+    """Faces without those that stand close behind another one: what was seen through windows."""
+    ends = np.array([[wall.start, wall.end] for wall in walls])
+    kept = []
+    for i, wall in enumerate(walls):
+        d = (ends[i, 1] - ends[i, 0]) / wall.length
+        n = np.array([-d[1], d[0]])
+        middle = ends[i].mean(axis=0)
+        hidden = 0.0
+        for j, other in enumerate(walls):
+            e = (ends[j, 1] - ends[j, 0]) / other.length
+            offset = float((ends[j].mean(axis=0) - middle) @ n)
+            if j == i or abs(e @ n) > np.sin(np.radians(5.0)) or not SAME_OFFSET < abs(offset) < SEEN_THROUGH:
+                continue
+            low, high = np.sort((ends[j] - ends[i, 0]) @ d)
+            overlap = min(high, wall.length) - max(low, 0.0)
+            if overlap > 0 and _side(ends[j], d, n, seen) * offset > 0:
+                hidden += overlap
+        if hidden < 0.7 * wall.length:
+            kept.append(wall)
+    return kept
 
 
 def _base_lines(walls: list[WallLine], seen: GroundSeen) -> list[_Line]:
