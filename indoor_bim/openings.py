@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from indoor_bim.model import Evidence, Opening, Storey, Wall
 from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_holes
 from indoor_bim.plan.opening_edges import traces
-from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
+from indoor_bim.plan.openings import THRESHOLD, FoundOpening, leaf_count, name_opening
 from indoor_bim.wall_views import WallView, wall_views
 
 Floats = NDArray[np.float64]
@@ -66,11 +66,12 @@ def find_openings(
     }
     found: dict[str, list[FoundOpening]] = {}
     for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time):
-        by_edges = _named(view, find_holes(*blind_cell_states(view.picture), cell=view.picture.cell), blind=True, **bounds)
+        holes = find_holes(*blind_cell_states(view.picture), cell=view.picture.cell)
         if view.blind:
-            openings = by_edges
+            openings = _named(view, holes, blind=True, **bounds)
         else:
             by_rays = _named(view, find_holes(*cell_states(view.picture), cell=view.picture.cell), blind=False, **bounds)
+            by_edges = _named(view, [hole for hole in holes if hole.bottom > THRESHOLD], blind=True, **bounds)
             openings = _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window"])
         found[view.wall.id] = _without_overlap([o for o in openings if o.confidence >= min_confidence])
     return replace(storey, walls=_with_openings(storey, found))

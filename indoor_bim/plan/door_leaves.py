@@ -89,8 +89,9 @@ def _best_fill(x: Floats, y: Floats, z: Floats, *, length: float) -> float:
             first = max(2 * THICKEST / s, 0.15)
             patches = max(int((length - 0.1 - first) / PATCH), 1)
             column = np.floor((out[on] - first) / PATCH).astype(np.int64)
-            cover = np.unique(column * layers + layer[on])
-            inside = float(((cover >= 0) & (cover < patches * layers)).sum()) / (patches * layers)
-            tail = (cover >= (patches + 2) * layers) & (cover < (patches + 4) * layers)
-            best = max(best, inside - float(tail.sum()) / (2 * layers))
+            near = (column >= 0) & (column < patches + 4)
+            hit = np.bincount(column[near] * layers + layer[on][near], minlength=(patches + 4) * layers) > 0
+            inside = float(hit[: patches * layers].mean())
+            tail = float(hit[(patches + 2) * layers :].mean())
+            best = max(best, inside - tail)
     return best
