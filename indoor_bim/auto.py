@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import LevelledCloud, StoreyLevels
@@ -20,6 +22,7 @@ from indoor_bim.plan.storey_plan import StoreyPlan
 
 logger = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
+Images = NDArray[np.floating]
 
 PIXEL = 0.025
 REACH = 1.5
@@ -96,10 +99,10 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     wall[(border >= 0) & (border < len(edge_p))] = 0.4
     wall[(border >= 0) & (border < len(firm[0]))] = 0.7
     room = label_cells(cells, inside=inside, wall=wall)
-    outlines = tuple(room_outlines(cells, room, faces, spanned=spanned))
-    plan = _plan(
-        outlines, wall_points, lines, floor=floor, ceiling=storey.ceiling, seen=Raster((density > 0.02) | (floor_density > 0.02), low, PIXEL)
-    )
+    outlines = tuple(room_outlines(cells, room, faces, spanned=spanned, min_closed=0.4 if overhead is not None else 0.25))
+    free = Raster((density > 0.02) | (floor_density > 0.02), low, PIXEL)
+    loose = _loose_faces(lines, sweeps, outlines, free)
+    plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=storey.ceiling, seen=free)
     return AutoStages(lines, cells, room, wall, inside, seen, outlines, plan)
 
 
@@ -112,13 +115,17 @@ def _extent(overhead: Raster | None, sample: Floats, floor: float, top: float, *
     if overhead is None:
         inside = sample[(sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)]
         spots = inside[:, :2]
-        return np.quantile(spots, 0.005, axis=0) - 0.3, np.quantile(spots, 0.995, axis=0) + 0.3
+        return np.quantile(spots, 0.005, axis=0) - 0.1, np.quantile(spots, 0.995, axis=0) + 0.1
     spots = overhead.centre(np.argwhere(~np.isnan(overhead.image)))
+    level = float(np.nanmedian(overhead.image))
+    faint = np.floor(sample[np.abs(sample[:, 2] - level) < 0.06, :2]).astype(np.int64)
+    cells, count = np.unique(faint, axis=0, return_counts=True)
+    spots = np.vstack([spots, cells[count >= 5] + 0.5])
     return spots.min(axis=0) - margin, spots.max(axis=0) + margin
 
 
 def _inside(
-    cells: Cells, seen: Floats, density: Floats, floor_seen: Floats, floor_density: Floats, template: Raster
+    cells: Cells, seen: Images, density: Images, floor_seen: Images, floor_density: Images, template: Raster
 ) -> tuple[Floats, NDArray[np.bool_]]:
     """Evidence in square metres that each cell is free space: overhead surface, and floor where there is nothing overhead."""
     image = cell_image(cells.polygons, template)
@@ -126,8 +133,8 @@ def _inside(
     label = image[within]
     count = len(cells.polygons)
 
-    def total(values: Floats) -> Floats:
-        return np.bincount(label, weights=values[within], minlength=count)
+    def total(values: Images) -> Floats:
+        return np.bincount(label, weights=values[within], minlength=count).astype(np.float64)
 
     sure = density / (density + 0.02)
     share = np.clip(total(seen) / np.maximum(total(density), 1e-9), 0, 1)
@@ -160,16 +167,51 @@ def _edge_evidence(cells: Cells, lines: fl.FaceLines, sweeps: list[fl.Sweep]) ->
     return np.clip(wall, 0, 1)
 
 
+def _loose_faces(
+    lines: fl.FaceLines,
+    sweeps: list[fl.Sweep],
+    outlines: tuple[RoomOutline, ...],
+    free: Raster,
+    *,
+    shortest: float = 0.8,
+    away: float = 0.5,
+) -> list[tuple[Floats, Floats]]:
+    """Pieces of wall lines in rooms that were only looked into: seen well, free space in front, away from every closed room."""
+    rooms = shapely.union_all([outline.polygon.buffer(away) for outline in outlines]) if outlines else shapely.Polygon()
+    pieces = []
+    for k in range(len(lines)):
+        start, end = float(lines.start[k]), float(lines.end[k])
+        profile = fl.evidence_along(sweeps[lines.family[k]], float(lines.angle[k]), float(lines.offset[k]), start, end)
+        t = start + (np.arange(len(profile)) + 0.5) * (end - start) / len(profile)
+        spots = t[:, None] * lines.direction[k] + lines.offset[k] * lines.normal[k]
+        good = (profile > 0.35) & ~shapely.contains_xy(rooms, *spots.T)
+        good &= free.sample(spots + 0.3 * lines.normal[k]) > 0
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]])))
+        for first, last in edges.reshape(-1, 2):
+            if (last - first) * fl.ALONG >= shortest:
+                pieces.append((spots[first], spots[last - 1]))
+    return pieces
+
+
 def _plan(
-    outlines: tuple[RoomOutline, ...], points: ev.WallPoints, lines: fl.FaceLines, *, floor: float, ceiling: float | None, seen: Raster
+    outlines: tuple[RoomOutline, ...],
+    loose: list[tuple[Floats, Floats]],
+    points: ev.WallPoints,
+    *,
+    floor: float,
+    ceiling: float | None,
+    seen: Raster,
 ) -> StoreyPlan:
     """Plan of a storey: the sides of all rooms are its faces."""
-    p, q = [], []
+    p: list[Any] = [a for a, _ in loose]
+    q: list[Any] = [b for _, b in loose]
     for outline in outlines:
         for ring in (outline.exterior, *outline.holes):
             p += list(ring.corners)
             q += list(ring.corners[1:] + ring.corners[:1])
     faces = fl.measure(Segments.from_ends(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2)), points)
+    if ceiling is None:
+        faces = faces.take(faces.coverage > 0.3)
     rooms = tuple(outline.polygon for outline in outlines)
     top = ceiling if ceiling is not None else floor + 2.5
     return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, room_levels=tuple((floor, top) for _ in rooms))

@@ -50,10 +50,14 @@ def cut_into_cells(p: Floats, q: Floats) -> Cells:
     segments = shapely.linestrings(np.stack([p, q], axis=1))
     noded = shapely.union_all(segments, grid_size=1e-6)
     polygons = np.array(shapely.get_parts(shapely.polygonize([noded])))
-    rings = [np.asarray(polygon.exterior.coords) for polygon in shapely.orient_polygons(polygons)]
+    rings, owners = [], []
+    for number, polygon in enumerate(shapely.orient_polygons(polygons)):
+        for ring in (polygon.exterior, *polygon.interiors):
+            rings.append(np.asarray(ring.coords))
+            owners.append(number)
     tail = np.vstack([ring[:-1] for ring in rings])
     head = np.vstack([ring[1:] for ring in rings])
-    cell = np.repeat(np.arange(len(rings)), [len(ring) - 1 for ring in rings])
+    cell = np.repeat(np.array(owners), [len(ring) - 1 for ring in rings])
     line = _line_of(segments, p, q, (tail + head) / 2)
     direction = (q - p) / np.hypot(*(q - p).T)[:, None]
     forward = ((head - tail) * direction[line]).sum(axis=1) > 0
@@ -79,7 +83,8 @@ def cell_image(polygons: NDArray, template: Raster) -> NDArray[np.int64]:
     from skimage.draw import polygon as fill
 
     image = np.full(template.image.shape, -1, dtype=np.int64)
-    for number, polygon in enumerate(polygons):
+    for number in np.argsort([-polygon.area for polygon in polygons], kind="stable"):
+        polygon = polygons[number]
         xy = (np.asarray(polygon.exterior.coords) - template.origin) / template.cell - 0.5
         rows, columns = fill(xy[:, 1], xy[:, 0], image.shape)
         image[rows, columns] = number

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -251,7 +252,7 @@ def overhead_hits(
     cell: float,
     tolerance: float = 0.06,
     reach: float = 0.25,
-) -> tuple[Raster, Floats, Bools]:
+) -> tuple[Raster, NDArray[np.floating], Bools]:
     """Where the overhead surface was hit, and how densely it would be hit if it were there.
 
     Pixels over walls are left out of both: the upper ends of walls are no ceiling.
@@ -325,10 +326,11 @@ def covered(points: Floats, *, above: float, low: Floats, high: Floats, cell: fl
     shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
     rows = np.minimum((np.arange(shape[0]) * cell / coarse).astype(np.int64), share.shape[0] - 1)
     columns = np.minimum((np.arange(shape[1]) * cell / coarse).astype(np.int64), share.shape[1] - 1)
-    return (share > 0.25)[rows[:, None], columns[None]]
+    indoors: Bools = (share > 0.25)[rows[:, None], columns[None]]
+    return indoors
 
 
-def local_density(seen: Floats, known: Bools, *, cell: float, reach: float = 0.25) -> Floats:
+def local_density(seen: NDArray[np.floating], known: Bools, *, cell: float, reach: float = 0.25) -> NDArray[np.floating]:
     """Best mean within a distance of each pixel, 0 where nothing can be known.
 
     Parameters
@@ -347,7 +349,8 @@ def local_density(seen: Floats, known: Bools, *, cell: float, reach: float = 0.2
     weight = known.astype(np.float32)
     window = 2 * round(reach / cell) + 1
     mean = ndimage.uniform_filter(seen, window) / np.maximum(ndimage.uniform_filter(weight, window), 0.05)
-    return ndimage.maximum_filter(mean, window) * weight
+    density: NDArray[np.floating] = ndimage.maximum_filter(mean, window) * weight
+    return density
 
 
 def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near: float = 0.30, reach: float = 1.0) -> tuple[Floats, Floats]:
@@ -386,7 +389,7 @@ def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near:
     for contour in find_contours(mask.astype(np.float64), 0.5):
         ring = approximate_polygon(contour, 1.2)
         xy = seen.origin + (ring[:, ::-1] - 3 + 0.5) * cell
-        for a, b in zip(xy[:-1], xy[1:], strict=True):
+        for a, b in itertools.pairwise(xy):
             length = float(np.hypot(*(b - a)))
             turn = np.mod(np.arctan2(*(b - a)[::-1]) + np.pi / 4, np.pi / 2) - np.pi / 4
             if length < shortest or abs(turn) > np.radians(4):

@@ -226,7 +226,7 @@ def face_lines(swept: Sweep, *, family: int, steepest: float = 12.0) -> FaceLine
             continue
         rows.append(_row(swept, side, *line, int(u.min()), int(u.max())))
     table = np.array(rows, dtype=np.float64).reshape(-1, 5)
-    return FaceLines(*table.T, family=np.full(len(table), family, dtype=np.int64))
+    return FaceLines(table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4], np.full(len(table), family, dtype=np.int64))
 
 
 def prolong(lines: FaceLines, *, least: float = 1.5, most: float = 8.0, slack: float = 0.3) -> tuple[Floats, Floats]:
@@ -299,7 +299,7 @@ def merge_lines(lines: FaceLines, *, gap: float = 4.0, apart: float = 0.035, tur
     table = np.array(fitted).reshape(-1, 4)
     spread = np.array([np.average(lines.spread[g], weights=(lines.end - lines.start)[g]) for g in groups])
     family = np.array([lines.family[g[0]] for g in groups], dtype=np.int64)
-    return FaceLines(*table.T, spread=spread, family=family)
+    return FaceLines(table[:, 0], table[:, 1], table[:, 2], table[:, 3], spread, family)
 
 
 def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end: float) -> Floats:

@@ -107,7 +107,7 @@ def room_outlines(
         polygons = [shapely.Polygon(ring.corners) if len(ring.corners) > 2 else shapely.Polygon() for ring in rings]
         outer = int(np.argmax([polygon.area for polygon in polygons]))
         holes = tuple(ring for k, ring in enumerate(rings) if k != outer and polygons[k].area > min_column_area and standing[k] > 0.5)
-        outline = RoomOutline(rings[outer], holes)
+        outline = RoomOutline(straighten(rings[outer]), holes)
         polygon = outline.polygon
         if (
             polygon.area >= min_area
@@ -143,6 +143,65 @@ def _rings(tail: Floats, head: Floats, line: Ints) -> list[OutlineRing]:
         sides = [merged[k] for k in range(len(merged)) if merged[k][1] != merged[k - 1][1]] or merged[:1]
         rings.append(OutlineRing(tuple((float(p[0]), float(p[1])) for p, _ in sides), tuple(n for _, n in sides)))
     return rings
+
+
+def straighten(ring: OutlineRing, *, jog: float = 0.12, short: float = 1.5, turn: float = 5.0) -> OutlineRing:
+    """Ring without jogs between two sides that are all but one line: the longer side runs on.
+
+    Parameters
+    ----------
+    ring : OutlineRing
+        Ring.
+    jog : float
+        Largest step across that is taken out, metres.
+    short : float
+        Longer sides than this keep a step that is larger than two fifths of `jog`, metres.
+    turn : float
+        Largest angle between the two sides, degrees.
+    """
+    corners, lines = [np.array(c) for c in ring.corners], list(ring.lines)
+    changed = True
+    while changed and len(corners) > 4:
+        changed = False
+        count = len(corners)
+        ends = [corners[(k + 1) % count] for k in range(count)]
+        length = [float(np.hypot(*(ends[k] - corners[k]))) for k in range(count)]
+        for k in sorted(range(count), key=lambda k: (length[k], tuple(corners[k]))):
+            if length[k] > jog:
+                break
+            a, b = (k - 1) % count, (k + 1) % count
+            da, db = (ends[a] - corners[a]) / max(length[a], 1e-9), (ends[b] - corners[b]) / max(length[b], 1e-9)
+            if da @ db < np.cos(np.radians(turn)):
+                continue
+            keep, drop = (a, b) if length[a] >= length[b] else (b, a)
+            if length[drop] > short and length[k] > 0.4 * jog:
+                continue
+            other = (drop + 1) % count if drop == b else (drop - 1) % count
+            meeting = _meet(corners[keep], ends[keep], corners[other], ends[other])
+            if meeting is None or np.hypot(*(meeting - (ends[drop] if drop == b else corners[drop]))) > 3 * jog:
+                continue
+            if drop == b:
+                corners[other] = meeting
+            else:
+                corners[a] = meeting
+                lines[a] = lines[keep]
+            gone = {k, b}
+            corners = [c for i, c in enumerate(corners) if i not in gone]
+            lines = [n for i, n in enumerate(lines) if i not in gone]
+            changed = True
+            break
+    return OutlineRing(tuple((float(c[0]), float(c[1])) for c in corners), tuple(lines))
+
+
+def _meet(a: Floats, b: Floats, c: Floats, d: Floats) -> Floats | None:
+    """Intersection of the lines a-b and c-d; None where they are all but parallel."""
+    u, v = b - a, d - c
+    cross = u[0] * v[1] - u[1] * v[0]
+    if abs(cross) < 0.1 * np.hypot(*u) * np.hypot(*v):
+        return None
+    w = c - a
+    point: Floats = a + u * (w[0] * v[1] - w[1] * v[0]) / cross
+    return point
 
 
 def _share(ring: OutlineRing, tail: Floats, head: Floats, support: Floats) -> float:
