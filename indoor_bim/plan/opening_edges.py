@@ -172,7 +172,7 @@ def fewest_wrong(inside: Floats, outside: Floats) -> float:
     Returns
     -------
     float
-        The threshold; in the middle where several are equally good.
+        The threshold; in the middle of the widest gap where several are equally good.
 
     Examples
     --------
@@ -186,7 +186,9 @@ def fewest_wrong(inside: Floats, outside: Floats) -> float:
         return float(cuts[0])
     wrong = (len(low) - np.searchsorted(low, middles)) + np.searchsorted(high, middles)
     best = np.flatnonzero(wrong == wrong.min())
-    return float((cuts[best[0]] + cuts[best[-1] + 1]) / 2)
+    runs = np.split(best, np.flatnonzero(np.diff(best) > 1) + 1)
+    begin, end = max(((cuts[run[0]], cuts[run[-1] + 1]) for run in runs), key=lambda gap: gap[1] - gap[0])
+    return float((begin + end) / 2)
 
 
 def frame_width(distance: Floats, depth: Floats) -> float:

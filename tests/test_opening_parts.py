@@ -1,0 +1,174 @@
+"""Parts of the search for openings, against plain loops and known answers."""
+
+from __future__ import annotations
+
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from indoor_bim.plan.holes import Hole, find_holes
+from indoor_bim.plan.opening_edges import fewest_wrong, frame_width
+from indoor_bim.plan.relief import level_faces
+from indoor_bim.plan.wall_image import png_bytes, wall_image
+from indoor_bim.plan.wall_picture import WallPicture
+from indoor_bim.plan.wall_points import points_at_walls
+from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays, path_periods, rays_at_walls, sensor_positions
+
+
+def some_walls(rng, count=6):
+    ends = rng.uniform(-8, 8, (count, 2, 2))
+    return [WallBox(tuple(p), tuple(q), 0.1 + 0.05 * k, -0.2, 2.5) for k, (p, q) in enumerate(ends)]
+
+
+def rays_by_hand(wall, point, sensor):
+    """Side, depth and crossing of one ray, or None."""
+    d = (np.array(wall.end) - wall.start) / wall.length
+    n = np.array([-d[1], d[0]])
+    half = wall.thickness / 2
+    across = [float((p[:2] - wall.start) @ n) for p in (sensor, point)]
+    side = 1 if across[0] > 0 else -1
+    begin, end = across[0] * side, across[1] * side
+    if begin <= half or end >= half + FRONT or end >= begin:
+        return None
+    share = (begin - half) / (begin - end)
+    meets = sensor + share * (point - sensor)
+    along, up = float((meets[:2] - wall.start) @ d), float(meets[2] - wall.base)
+    if not (-MARGIN < along < wall.length + MARGIN and -MARGIN < up < wall.height + MARGIN):
+        return None
+    return side, half - end, along, up
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_rays_at_walls_are_those_of_a_plain_loop(seed):
+    rng = np.random.default_rng(seed)
+    walls = some_walls(rng)
+    sensors = np.column_stack([rng.uniform(-6, 6, (400, 2)), rng.uniform(1, 2, 400)])
+    points = np.column_stack([rng.uniform(-10, 10, (400, 2)), rng.uniform(-0.5, 3, 400)])
+    found = rays_at_walls(walls, points, sensors, np.arange(400))
+    for wall, rays in zip(walls, found, strict=True):
+        expected = {k: ray for k in range(400) if (ray := rays_by_hand(wall, points[k], sensors[k])) is not None}
+        assert sorted(rays.period.tolist()) == sorted(expected)
+        for row, k in enumerate(rays.period.tolist()):
+            side, depth, along, up = expected[k]
+            assert rays.side[row] == side
+            assert (rays.depth[row], rays.along[row], rays.up[row]) == pytest.approx((depth, along, up), abs=2e-4)
+
+
+def test_points_at_walls_are_those_of_a_plain_loop():
+    rng = np.random.default_rng(9)
+    walls = some_walls(rng)
+    points = np.column_stack([rng.uniform(-9, 9, (3000, 2)), rng.uniform(-0.5, 3, 3000)])
+    for wall, (along, across, _) in zip(walls, points_at_walls(walls, points, reach=0.7), strict=True):
+        d = (np.array(wall.end) - wall.start) / wall.length
+        u, v = (points[:, :2] - wall.start) @ d, (points[:, :2] - wall.start) @ np.array([-d[1], d[0]])
+        z = points[:, 2] - wall.base
+        near = (
+            (np.abs(v) < wall.thickness / 2 + 0.7) & (u > -MARGIN) & (u < wall.length + MARGIN) & (z > -MARGIN) & (z < wall.height + MARGIN)
+        )
+        assert np.sort(along) == pytest.approx(np.sort(u[near]))
+        assert np.sort(across) == pytest.approx(np.sort(v[near]))
+
+
+def test_a_scanner_on_a_tripod_does_not_move_between_its_standpoints():
+    path = np.array([[0.0, 1, 1, 1], [120.0, 5, 1, 1], [240.0, 9, 9, 1]])
+    at = sensor_positions(path, np.array([-3.0, 0.0, 60.0, 119.9, 120.0, 300.0]))
+    assert at[:, 0].tolist() == [1, 1, 1, 1, 5, 9]
+    assert len(set(path_periods(path, np.array([1.0, 50.0, 119.0])).tolist())) == 1
+    assert sensor_positions(path[:1], np.array([7.0])).tolist() == [[1, 1, 1]]
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(st.integers(-20, 20), min_size=1, max_size=15),
+    st.lists(st.integers(-20, 20), min_size=1, max_size=15),
+)
+def test_the_threshold_leaves_as_few_on_the_wrong_side_as_any(inside, outside):
+    low, high = np.array(inside, dtype=float), np.array(outside, dtype=float)
+
+    def wrong(cut):
+        return int((low > cut).sum() + (high < cut).sum())
+
+    values = np.unique(np.concatenate([low, high]))
+    between = (values[1:] + values[:-1]) / 2
+    if len(between):
+        assert wrong(fewest_wrong(low, high)) <= min(wrong(cut) for cut in between)
+
+
+@pytest.mark.parametrize("step", [0.01, -0.01, 0.02])
+def test_a_frame_is_told_by_its_depth(step):
+    rng = np.random.default_rng(2)
+    distance = rng.uniform(0, 0.25, 4000)
+    depth = rng.normal(0, 0.003, 4000) + np.where(distance < 0.055, step, 0)
+    assert frame_width(distance, depth) == pytest.approx(0.055, abs=0.002)
+
+
+def test_a_plain_face_has_no_frame():
+    rng = np.random.default_rng(2)
+    assert frame_width(rng.uniform(0, 0.25, 4000), rng.normal(0, 0.015, 4000)) == 0.0
+    assert frame_width(np.zeros(0), np.zeros(0)) == 0.0
+
+
+def test_holes_are_rectangles_between_wall_cells():
+    open_cells = np.zeros((26, 80), dtype=bool)
+    open_cells[0:21, 5:15] = True
+    open_cells[9:22, 30:45] = True
+    open_cells[9:22, 47:60] = True
+    open_cells[12:14, 70:72] = True
+    wall_cells = ~open_cells
+    wall_cells[9:22, 45:47] = False  # an unseen mullion
+    assert find_holes(open_cells, wall_cells, cell=0.1) == [Hole(0.5, 1.5, 0.0, 2.1), Hole(3.0, 6.0, 0.9, 2.2)]
+    wall_cells[9:22, 45:47] = True  # a pier
+    assert [h.start for h in find_holes(open_cells, wall_cells, cell=0.1)] == [0.5, 3.0, 4.7]
+
+
+def test_no_open_cell_no_hole():
+    assert find_holes(np.zeros((5, 5), dtype=bool), np.ones((5, 5), dtype=bool), cell=0.1) == []
+
+
+def test_drift_and_relief_are_told_apart():
+    rng = np.random.default_rng(4)
+    n = 40_000
+    along, up = rng.uniform(0, 4, n).astype(np.float32), rng.uniform(0, 2.5, n).astype(np.float32)
+    period = rng.integers(0, 30, n)
+    drift = 0.03 * np.sin(np.arange(30))
+    panel = (along > 1.0) & (along < 2.0) & (up < 2.0)
+    depth = (drift[period] + np.where(panel, 0.02, 0) + rng.normal(0, 0.01, n)).astype(np.float32)
+    ones = np.ones(n, dtype=np.float32)
+    rays = WallRays(np.ones(n, dtype=np.int8), depth, along, up, along, up, along, up, ones, period)
+    level, scatter, (relief,) = level_faces(rays, cell=0.1, shape=(25, 40))
+    assert scatter == pytest.approx(0.01, abs=0.002)
+    assert np.median(level.depth[~panel]) == pytest.approx(0, abs=0.003)
+    assert np.median(level.depth[panel]) == pytest.approx(0.02, abs=0.003)
+    assert relief.depth[2:18, 12:18].mean() == pytest.approx(0.02, abs=0.003)
+    assert relief.hits.sum() > 0.9 * n
+
+
+def test_a_png_file_holds_the_image():
+    image = np.random.default_rng(0).integers(0, 256, (7, 5, 3), dtype=np.uint8)
+    data = png_bytes(image)
+    assert struct.unpack(">II", data[16:24]) == (5, 7)
+    length = struct.unpack(">I", data[33:37])[0]
+    rows = np.frombuffer(zlib.decompress(data[41 : 41 + length]), dtype=np.uint8).reshape(7, 16)
+    assert (rows[:, 0] == 0).all()
+    assert (rows[:, 1:].reshape(7, 5, 3) == image).all()
+
+
+@pytest.mark.parametrize("wrong", [np.zeros((2, 2), dtype=np.uint8), np.zeros((2, 2, 3))])
+def test_only_rgb_bytes_become_a_png_file(wrong):
+    with pytest.raises(ValueError, match="expected an image of shape"):
+        png_bytes(wrong)
+
+
+def test_the_image_has_the_foot_of_the_wall_below_and_openings_outlined():
+    none = np.zeros((2, 3, 4), dtype=np.int64)
+    face = none.copy()
+    face[0, 0, 0] = 1
+    image = wall_image(WallPicture(0.1, face, none, none, none[0]), [(0.2, 0.4, 0.1, 0.3)], zoom=2)
+    assert image.shape == (6, 8, 3)
+    assert image[-1, 0].tolist() == [90, 90, 90]
+    assert image[0, 4].tolist() == [220, 30, 30]
+    assert image[0, 0].tolist() == [235, 235, 235]
