@@ -176,7 +176,7 @@ def _loose_faces(
     shortest: float = 0.8,
     away: float = 0.5,
 ) -> list[tuple[Floats, Floats]]:
-    """Pieces of wall lines in rooms that were only looked into: seen well, free space in front, away from every closed room."""
+    """Pieces of wall lines in rooms that were only looked into: seen well, free space in front, away from closed rooms."""
     rooms = shapely.union_all([outline.polygon.buffer(away) for outline in outlines]) if outlines else shapely.Polygon()
     pieces = []
     for k in range(len(lines)):

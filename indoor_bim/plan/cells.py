@@ -86,7 +86,7 @@ def cell_image(polygons: NDArray, template: Raster) -> NDArray[np.int64]:
     for number in np.argsort([-polygon.area for polygon in polygons], kind="stable"):
         polygon = polygons[number]
         xy = (np.asarray(polygon.exterior.coords) - template.origin) / template.cell - 0.5
-        rows, columns = fill(xy[:, 1], xy[:, 0], image.shape)
+        rows, columns = fill(xy[:, 1], xy[:, 0], image.shape)  # type: ignore[no-untyped-call]
         image[rows, columns] = number
     return image
 

@@ -386,8 +386,8 @@ def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near:
     p, q = lines.ends(0.3)
     walls = shapely.union_all(shapely.linestrings(np.stack([p, q], axis=1))).buffer(near) if len(p) else shapely.Polygon()
     found = []
-    for contour in find_contours(mask.astype(np.float64), 0.5):
-        ring = approximate_polygon(contour, 1.2)
+    for contour in find_contours(mask.astype(np.float64), 0.5):  # type: ignore[no-untyped-call]
+        ring = approximate_polygon(contour, 1.2)  # type: ignore[no-untyped-call]
         xy = seen.origin + (ring[:, ::-1] - 3 + 0.5) * cell
         for a, b in itertools.pairwise(xy):
             length = float(np.hypot(*(b - a)))

@@ -121,8 +121,8 @@ def sweep(points: WallPoints, angle: float, *, band: tuple[int, int] = BELOW_CEI
     layer = height_layers(points)
     masks = np.zeros(shape[0] * shape[1] * shape[2], dtype=np.uint32)
     cell = iu * shape[2] + iv
-    sides = [np.arange(len(u))] * 2 if points.sensor is None else None
-    if sides is None:
+    sides = [np.arange(len(u))] * 2
+    if points.sensor is not None:
         from_left = (points.sensor - points.xy) @ left > 0
         sides = [np.flatnonzero(from_left), np.flatnonzero(~from_left)]
     for side, rows in enumerate(sides):
@@ -154,7 +154,8 @@ def _wall_evidence(masks: NDArray[np.uint32], band: tuple[int, int], *, reach: i
     best[across > np.maximum(along, 0.3)] = 0
     thinly[ndimage.uniform_filter1d(thinly, round(7 * ALONG / ACROSS), axis=2) > 0.5] = 0
     best = np.maximum(best, thinly)
-    return ndimage.median_filter(best, size=(1, 5, 1))
+    smooth: Floats = ndimage.median_filter(best, size=(1, 5, 1))
+    return smooth
 
 
 def _crests(masks: NDArray[np.uint32], band: tuple[int, int], *, apart: float = 0.04) -> NDArray[np.bool_]:
@@ -163,7 +164,8 @@ def _crests(masks: NDArray[np.uint32], band: tuple[int, int], *, apart: float = 
 
     layers = 0.1 * np.bitwise_count(masks).astype(np.float32) + np.bitwise_count(masks & _bits(band))
     density = ndimage.uniform_filter1d(ndimage.gaussian_filter1d(layers, 0.015 / ACROSS, axis=2, truncate=3), 5, axis=1)
-    return density >= ndimage.maximum_filter1d(density, 2 * round(apart / ACROSS) + 1, axis=2)
+    crest: NDArray[np.bool_] = density >= ndimage.maximum_filter1d(density, 2 * round(apart / ACROSS) + 1, axis=2)
+    return crest
 
 
 def _filled(masks: NDArray[np.uint32], band: tuple[int, int]) -> Floats:
@@ -171,7 +173,8 @@ def _filled(masks: NDArray[np.uint32], band: tuple[int, int]) -> Floats:
     share = np.bitwise_count(masks & _bits(band)).astype(np.float32) / (band[1] - band[0])
     if band == BELOW_CEILING:
         share *= 0.5 + np.bitwise_count(masks & _bits(NEXT_BELOW)).astype(np.float32) / (2 * (NEXT_BELOW[1] - NEXT_BELOW[0]))
-    return share
+    filled: Floats = share
+    return filled
 
 
 def _bits(band: tuple[int, int]) -> np.uint32:

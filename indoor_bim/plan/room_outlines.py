@@ -120,7 +120,7 @@ def room_outlines(
 
 def _rings(tail: Floats, head: Floats, line: Ints) -> list[OutlineRing]:
     """Chain directed edges to rings; at corners that rings share, turn right as far as possible, so that rings stay simple."""
-    key = {}
+    key: dict[tuple[float, ...], list[int]] = {}
     for k, point in enumerate(np.round(tail, 5)):
         key.setdefault(tuple(point), []).append(k)
     unused = set(range(len(tail)))
