@@ -55,7 +55,9 @@ def point_spacing(points: ArrayLike, *, sample_size: int = 100_000) -> float:
     """
     from scipy.spatial import cKDTree
 
-    xyz = np.unique(_blocks(np.asarray(points, dtype=np.float64), sample_size), axis=0)
+    xyz = _blocks(np.asarray(points, dtype=np.float64), sample_size)
+    xyz = xyz[np.lexsort(xyz.T)]
+    xyz = xyz[np.append(True, (xyz[1:] != xyz[:-1]).any(axis=1))] if len(xyz) else xyz
     if len(xyz) < 2:
         return float("nan")
     distance, _ = cKDTree(xyz, balanced_tree=False).query(xyz, k=2)

@@ -81,7 +81,7 @@ def _remaining_turn(xy: Floats, angle: float, reach: float) -> float:
         highest = np.max([padded[k : k + len(counts)] for k in range(7)], axis=0)
         by_strip = np.argsort(strip.astype(np.uint16) if len(counts) <= 2**16 else strip, kind="stable")
         starts = np.pad(np.cumsum(in_strip), (1, 0))
-        for peak in np.flatnonzero((counts == highest) & (counts >= 0.3 * counts.max())):
+        for peak in (int(k) for k in np.flatnonzero((counts == highest) & (counts >= 0.3 * counts.max()))):
             rows = by_strip[starts[max(peak - 5, 0)] : starts[min(peak + 6, len(in_strip))]]
             offset = across[rows]
             middle = float(np.median(offset[np.abs(offset - (low + (peak + 0.5) * reach / 2)) < reach]))

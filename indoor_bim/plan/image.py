@@ -35,8 +35,12 @@ def magnify_and_subsample(xy: Floats, *, magnification: float) -> tuple[NDArray[
     >>> grid.tolist(), low.tolist()
     ([[0, 0], [3, 1]], [5.0, 1.0])
     """
-    low = xy.min(axis=0)
-    return np.unique(np.rint((xy - low) * magnification).astype(np.int64), axis=0), low
+    x, y = xy.T
+    low = np.array([x.min(), y.min()])
+    column, row = (np.rint((axis - start) * magnification).astype(np.int64) for axis, start in zip((x, y), low, strict=True))
+    rows = int(row.max()) + 1
+    key = np.sort(column * rows + row)
+    return np.column_stack(np.divmod(key[np.append(True, key[1:] != key[:-1])], rows)), low
 
 
 def wall_image(xy: Floats, *, magnification: float, margin: int = 2) -> Raster:

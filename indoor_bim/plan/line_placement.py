@@ -45,7 +45,7 @@ def place_on_points(lines: SlopeLines, raster: Raster, xy: Floats, *, reach: flo
         dx, dy = direction[rows[0]]
         along = pixels[:, 0] * dx + pixels[:, 1] * dy
         across = pixels[:, 1] * dx - pixels[:, 0] * dy
-        order = np.lexsort((along, across))
+        order = np.argsort(across)
         along, across = along[order], across[order]
         for row in rows:
             start, end = float(lines.first[row] @ (dx, dy)), float(lines.last[row] @ (dx, dy))

@@ -45,19 +45,28 @@ def connected_pixel(points: Floats, *, sizes: Sequence[float]) -> float:
 
 def _connected_share(points: Floats, size: float) -> float:
     """Share of the wall pixels, weighted by the layers hit, that have at least two neighbours."""
-    from scipy.ndimage import uniform_filter
-
-    index = np.floor(np.column_stack([points[:, :2] / size, points[:, 2] / LAYER])).astype(np.int64)
-    index -= index.min(axis=0)
-    rows, columns, layers = index.max(axis=0) + 1
-    key = np.sort((index[:, 0] * columns + index[:, 1]) * layers + index[:, 2])
-    pixel = key[np.concatenate([[True], key[1:] != key[:-1]])] // layers
-    hit, start = np.unique(pixel, return_index=True)
+    row, column, layer = (_from_zero(axis, side) for axis, side in zip(points.T, (size, size, LAYER), strict=True))
+    columns, layers = int(column.max()) + 1, int(layer.max()) + 1
+    row *= columns
+    row += column
+    row *= layers
+    row += layer
+    row.sort()
+    pixel = row[np.append(True, row[1:] != row[:-1])] // layers
+    start = np.flatnonzero(np.append(True, pixel[1:] != pixel[:-1]))
     fill = np.diff(np.append(start, len(pixel)))
-    image = np.zeros((rows + 2, columns + 2), dtype=np.float64)
-    image[hit // columns + 1, hit % columns + 1] = fill
-    wall = image >= max(2.0, LEAST_FILL * layers)
+    wall = fill >= max(2.0, LEAST_FILL * layers)
     if not wall.any():
         return 0.0
-    around = np.round(uniform_filter(wall.astype(np.float64), size=3, mode="constant") * 9)
-    return float(image[wall & (around >= 3)].sum() / image[wall].sum())
+    y, x = np.divmod(pixel[start[wall]], columns)
+    image = np.zeros((int(y.max()) + 3, columns + 2), dtype=np.int8)
+    image[y + 1, x + 1] = 1
+    image = image[:-2] + image[1:-1] + image[2:]
+    around = image[y, x] + image[y, x + 1] + image[y, x + 2]
+    return float(fill[wall][around >= 3].sum() / fill[wall].sum())
+
+
+def _from_zero(axis: Floats, side: float) -> NDArray[np.int64]:
+    index = np.floor(axis / side).astype(np.int64)
+    index -= index.min()
+    return index
