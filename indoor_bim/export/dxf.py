@@ -98,7 +98,7 @@ def dxf_text(building: Building, *, storey: str | None = None, style: PlanStyle 
         raise WriteError("writing DXF needs the package ezdxf; install it: pip install 'indoor-bim[dxf]'") from error
     plan = draw_plan(building, storey=storey, style=style)
     shown = find_storey(building, storey)
-    with _fixed_time():
+    with fixed_time():
         doc = new("R2018", setup=True, units=6)
         _add_plan(doc, building, shown, plan)
         stream = io.StringIO()
@@ -170,7 +170,7 @@ def _polygons(shape: Any) -> Iterator[shapely.Polygon]:
 
 
 @contextmanager
-def _fixed_time() -> Iterator[None]:
+def fixed_time() -> Iterator[None]:
     """Keep the time and random identifiers out of the file."""
     from ezdxf._options import options
 

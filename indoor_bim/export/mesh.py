@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from shapely.geometry.base import BaseGeometry
 
 Corner = tuple[float, float, float]
-Material = Literal["wall", "column", "floor", "ceiling", "door", "window", "frame", "space"]
+Material = Literal["wall", "column", "floor", "ceiling", "door", "window", "frame", "space", "house", "ground"]
 
 COLOURS: dict[Material, tuple[int, int, int]] = {
     "wall": (222, 217, 206),
@@ -33,6 +33,8 @@ COLOURS: dict[Material, tuple[int, int, int]] = {
     "window": (140, 190, 220),
     "frame": (236, 236, 232),
     "space": (196, 222, 200),
+    "house": (214, 202, 184),
+    "ground": (150, 160, 120),
 }
 OPACITY: dict[Material, float] = {"window": 0.4, "space": 0.3}
 

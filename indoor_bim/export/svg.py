@@ -71,7 +71,7 @@ def plan_svg(building: Building, *, storey: str | None = None, style: PlanStyle 
         root.append(_image(style.underlays[shown.id], plan.view))
     guids = storey_guids(building.source, shown) if shown else {}
     for layer in plan.layers:
-        root.append(_group(layer, guids))
+        root.append(layer_group(layer, guids))
     ElementTree.indent(root, " ")
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ElementTree.tostring(root, encoding="unicode") + "\n"
 
@@ -178,7 +178,16 @@ def _metadata(building: Building, storey: Storey | None) -> ElementTree.Element:
     return metadata
 
 
-def _group(layer: Layer, guids: Mapping[str, str]) -> ElementTree.Element:
+def layer_group(layer: Layer, guids: Mapping[str, str]) -> ElementTree.Element:
+    """Return a layer as an SVG group.
+
+    Parameters
+    ----------
+    layer : Layer
+        Marks in millimetres of paper.
+    guids : mapping of str to str
+        GlobalIds by the identifiers of items.
+    """
     attributes = {"id": f"layer-{layer.name}", "inkscape:groupmode": "layer", "inkscape:label": layer.label}
     group = ElementTree.Element("g", attributes)
     for item in layer.items:

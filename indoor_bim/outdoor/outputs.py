@@ -14,6 +14,10 @@ from indoor_bim.params import Params
 FILES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
     {
         "geojson": ("footprints.geojson", "indoor_bim.export.footprints", "write_footprints"),
+        "ifc": ("village.ifc", "indoor_bim.export.ifc_houses", "write_houses_ifc"),
+        "ply": ("village.ply", "indoor_bim.export.house_meshes", "write_houses_ply"),
+        "obj": ("village.obj", "indoor_bim.export.house_meshes", "write_houses_obj"),
+        "cityjson": ("village.city.json", "indoor_bim.export.cityjson", "write_cityjson"),
     }
 )
 
