@@ -11,12 +11,14 @@ from indoor_bim.model import Evidence, Opening, Storey, Wall
 from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_holes
 from indoor_bim.plan.opening_edges import traces
 from indoor_bim.plan.openings import THRESHOLD, FoundOpening, leaf_count, name_opening
+from indoor_bim.plan.shallow_doors import LARGEST_STEP, find_shallow_doors
 from indoor_bim.wall_views import WallView, wall_views
 
 Floats = NDArray[np.float64]
 
 DECIMALS = 4  # tenths of a millimetre
 DARK_WINDOW = 1.3  # times larger than what rays show of it
+SHALLOW_PROOF = 0.5  # confidence of a door that only a step of a centimetre or two shows
 AROUND_HOLE = 0.6  # metres on either side of a hole that are looked at
 
 
@@ -73,6 +75,8 @@ def find_openings(
             by_rays = _named(view, find_holes(*cell_states(view.picture), cell=view.picture.cell), blind=False, **bounds)
             by_edges = _named(view, [hole for hole in holes if hole.bottom > THRESHOLD], blind=True, **bounds)
             openings = _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window"])
+        sizes = {name.replace("_door", ""): value for name, value in bounds.items() if name != "frame"}
+        openings += [door for door in _shallow_doors(view, **sizes) if not any(_overlap(door, o) for o in openings)]
         found[view.wall.id] = _without_overlap([o for o in openings if o.confidence >= min_confidence])
     return replace(storey, walls=_with_openings(storey, found))
 
@@ -97,6 +101,17 @@ def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -
         )
         if opening is not None:
             out.append(opening)
+    return out
+
+
+def _shallow_doors(view: WallView, **sizes: float) -> list[FoundOpening]:
+    """Closed doors that hardly stand out of the wall."""
+    holes = find_shallow_doors(view.box, view.rays, view.relief, scatter=view.scatter, cell=view.picture.cell, **sizes)
+    out = []
+    for hole in holes:
+        inside = (view.rays.along_end > hole.start) & (view.rays.along_end < hole.end) & (view.rays.up_end < hole.top)
+        hits = int((inside & (np.abs(view.rays.depth) < LARGEST_STEP)).sum())
+        out.append(FoundOpening("door", hole.start, hole.end, 0.0, hole.top, (), True, SHALLOW_PROOF, hits, 1.0, 1))
     return out
 
 

@@ -46,6 +46,8 @@ class WallView:
         Points around it: along, across, up; metres.
     walked : tuple of float
         Places along it where the scanner was carried through, metres.
+    scatter : float
+        Standard deviation of the hits on its faces, metres.
     tolerance : float
         Hits closer than this to a face are on it, metres.
     through_depth : float
@@ -59,6 +61,7 @@ class WallView:
     relief: tuple[Relief, ...]
     around: tuple[Floats, Floats, Floats]
     walked: tuple[float, ...]
+    scatter: float
     tolerance: float
     through_depth: float
     blind: bool
@@ -111,7 +114,9 @@ def wall_views(
             cell=cell,
             before=(around[0][ahead], around[2][ahead]),
         )
-        yield WallView(wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), tolerance, through_depth, blind)
+        yield WallView(
+            wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), scatter, tolerance, through_depth, blind
+        )
 
 
 def _is_timed(trajectory: Floats, gps_time: Floats) -> bool:

@@ -105,6 +105,20 @@ def test_a_closed_leaf_in_the_wall_is_a_door(left, right):
     assert (door.hinge, door.swing) == (None, None)
 
 
+@pytest.mark.parametrize(
+    "made",
+    [{"holes": [replace(DOOR, depth=0.02, depth_right=0.0)]}, {"screens": [Screen(DOOR.start, DOOR.end, 0.0, DOOR.top, 0.02)]}],
+    ids=["behind", "before"],
+)
+def test_a_closed_leaf_two_centimetres_off_the_face_is_a_door(made):
+    measured = scan(**made)
+    noise = np.random.default_rng(6).normal(0, 0.012, measured.points.shape)
+    (door,) = openings(replace(measured, points=measured.points + noise))
+    assert door.kind == "door"
+    assert sides(door) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.02)
+    assert door.confidence <= 0.5
+
+
 def test_a_frame_in_the_plane_of_the_wall_has_the_given_width():
     closed = replace(DOOR, depth=0.08, depth_right=0.08)
     (plain,) = openings(scan([closed]), frame=0.0)
@@ -134,6 +148,8 @@ def test_the_path_through_a_wall_proves_a_door():
         pytest.param({"screens": [Screen(1.0, 2.0, 0.9, 2.1, 0.08)]}, id="board"),
         pytest.param({"unseen": [Screen(1.0, 2.0, 0.0, 2.1, 0.0)], "sides": (1,)}, id="unscanned"),
         pytest.param({"screens": [Screen(1.0, 2.0, 0.0, 2.1, 0.6)], "sides": (1,)}, id="cupboard seen from one side"),
+        pytest.param({"screens": [Screen(2.0, 3.0, 0.0, HEIGHT, 0.03)]}, id="pilaster up to the ceiling"),
+        pytest.param({"screens": [Screen(0.5, 5.5, 0.0, 2.1, 0.02)]}, id="panelling"),
         pytest.param({}, id="plain wall"),
     ],
 )

@@ -62,7 +62,7 @@ def cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     open_cells, wall_cells : (rows, columns) bool
         Cells that rays went into; cells whose face was hit.
     """
-    entered, face = (np.stack([_around(side) for side in counts]) for counts in (picture.entered, picture.face))
+    entered, face = (np.stack([around(side) for side in counts]) for counts in (picture.entered, picture.face))
     known = (entered + face).sum(axis=0) >= 2
     open_cells = known & (entered.sum(axis=0) > face.sum(axis=0))
     open_cells |= (entered >= CLEARLY * np.maximum(face, 1)).any(axis=0)
@@ -82,7 +82,7 @@ def blind_cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     open_cells, wall_cells : (rows, columns) bool
         Cells around which no face was hit, or more was hit inside the wall; the others.
     """
-    entered, face = _around(picture.entered.sum(axis=0)), _around(picture.face.sum(axis=0))
+    entered, face = around(picture.entered.sum(axis=0)), around(picture.face.sum(axis=0))
     wall_cells = (face >= 2) & (face >= entered)
     return ~wall_cells, wall_cells
 
@@ -143,9 +143,15 @@ def _runs(part: Bools, wall: Bools, *, axis: int, cell: float) -> list[slice]:
     return [slice(a, b + 1) for a, b in runs]
 
 
-def _around(counts: Ints) -> Ints:
-    """Sums over 3 x 3 cells."""
+def around(counts: NDArray) -> NDArray:
+    """Sums over the 3 x 3 cells around each cell.
+
+    Parameters
+    ----------
+    counts : (rows, columns) array
+        Values of the cells.
+    """
     wide = np.pad(counts, 1)
     rows = wide[:-2] + wide[1:-1] + wide[2:]
-    total: Ints = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
+    total: NDArray = rows[:, :-2] + rows[:, 1:-1] + rows[:, 2:]
     return total
