@@ -13,22 +13,49 @@ Model = Annotated[Path, typer.Argument(metavar="MODEL.json", help="Building mode
 
 
 def compare(
-    model: Model,
-    truth: Annotated[Path, typer.Argument(metavar="TRUTH.json", help="Known building, or another model of the same one.")],
+    model: Annotated[Path, typer.Argument(metavar="MODEL", help="Model: .json of `reconstruct`, or anybody's .ifc.")],
+    other: Annotated[Path, typer.Argument(metavar="SCAN|MODEL", help="Scan, known building or another model of the same one.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("--output", "-o", metavar="DIR", help="Folder for deviations as JSON, coloured cloud (PLY) and plan (SVG)."),
+    ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
 ) -> None:
-    """Measure how far a model is from the truth, or from another model, in millimetres."""
-    from indoor_bim.export.json import read_json
-    from indoor_bim.quality.compare import compare as measure
+    """Measure a model against a scan or another model: wall by wall, in millimetres.
 
+    Two models of `reconstruct` are compared element by element: walls, rooms, corners, doors and windows.
+    """
     set_up_messages(quiet=quiet, verbose=verbose)
-    comparison = measure(read_json(model), read_json(truth))
-    if as_json:
-        emit_json(comparison.as_dict())
+    if model.suffix.lower() == other.suffix.lower() == ".json" and output is None:
+        from indoor_bim.export.json import read_json
+        from indoor_bim.quality.compare import compare as measure
+
+        comparison = measure(read_json(model), read_json(other))
+        if as_json:
+            emit_json(comparison.as_dict())
+        else:
+            emit(comparison.table())
+        return
+    from indoor_bim.cloud.read import read
+    from indoor_bim.outputs import prepare_folder
+    from indoor_bim.quality.against import against_model, against_scan, read_wall_model
+    from indoor_bim.quality.deviation_report import deviation_data, deviation_table, write_deviations
+
+    folder = prepare_folder(output, formats=()) if output else None
+    walls = read_wall_model(model)
+    if other.suffix.lower() in (".json", ".ifc"):
+        deviations = against_model(walls, read_wall_model(other))
     else:
-        emit(comparison.table())
+        deviations = against_scan(walls, read(other))
+    say(deviations.message, quiet=quiet)
+    if as_json:
+        emit_json(deviation_data(deviations))
+    else:
+        emit(deviation_table(deviations))
+    for path in write_deviations(deviations, walls, folder) if folder else ():
+        say(str(path), quiet=quiet)
 
 
 def export(
