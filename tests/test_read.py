@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from indoor_bim.cloud.cloud import Cloud
+from indoor_bim.cloud.las import iterate_chunks
 from indoor_bim.cloud.read import as_cloud, info, read
 from indoor_bim.cloud.write import write_las, write_ply
+from indoor_bim.errors import ReadError
 
 UTM = np.array([412_345.678, 5_812_345.123, 34.5])
 
@@ -263,3 +265,21 @@ def test_written_files_are_the_same_bytes_each_time(tmp_path):
     assert (tmp_path / "a.laz").read_bytes() == (tmp_path / "b.laz").read_bytes()
     assert laspy.read(tmp_path / "a.laz").header.creation_date.year == 2000
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.laz", "b.laz"]
+
+
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+def test_chunks_are_the_whole_file_in_pieces(tmp_path, suffix):
+    points = np.random.default_rng(0).uniform(-5, 5, (2500, 3)).round(3)
+    path = tmp_path / f"scan.{suffix}"
+    write_las(path, points)
+    chunks = list(iterate_chunks(path, size=1000))
+    assert [len(chunk) for chunk in chunks] == [1000, 1000, 500]
+    assert np.abs(np.concatenate(chunks) - points).max() < 1e-9
+
+
+def test_a_file_cut_short_is_named_while_iterating(tmp_path):
+    path = tmp_path / "scan.las"
+    write_las(path, np.random.default_rng(0).uniform(-5, 5, (2500, 3)))
+    path.write_bytes(path.read_bytes()[:-600])
+    with pytest.raises(ReadError, match=r"scan\.las: the LAS/LAZ file is damaged or cut short"):
+        list(iterate_chunks(path))

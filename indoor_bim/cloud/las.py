@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from indoor_bim.cloud.raw import RawScan
 from indoor_bim.errors import ReadError
@@ -33,12 +35,49 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
     ReadError
         If the file is no LAS, damaged or cut short.
     """
-    with path.open("rb") as file:
-        if file.read(4) != b"LASF":
-            raise ReadError(f"{path}: found no LAS signature at its start, expected a LAS or LAZ file; check what kind of file this is")
-    _check_header(path)
-    try:
+    _check_signature(path)
+    with _damage_named(path):
         return _read(path, progress)
+
+
+def iterate_chunks(path: str | Path, *, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:
+    """Coordinates of a LAS or LAZ file piece by piece, in memory that does not grow with the file.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file.
+    size : int
+        Most points of a piece.
+
+    Yields
+    ------
+    (k, 3) float64
+        Coordinates as they stand in the file, in its unit and axes.
+
+    Raises
+    ------
+    ReadError
+        As `read_las`.
+    """
+    path = Path(path)
+    _check_signature(path)
+    with _damage_named(path), _open(path) as reader:
+        done = 0
+        for chunk in reader.chunk_iterator(size):
+            points = np.zeros((len(chunk), 3))
+            _scale(chunk, reader.header, out=points)
+            done += len(points)
+            yield points
+        if done != reader.header.point_count:
+            raise ReadError(_damaged(path, f"found {done:,} of the {reader.header.point_count:,} points that the header announces"))
+
+
+@contextmanager
+def _damage_named(path: Path) -> Iterator[None]:
+    """Whatever goes wrong while decoding is a `ReadError`."""
+    try:
+        yield
     except (ReadError, MemoryError):
         raise
     except Exception as error:
@@ -47,6 +86,13 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
         if type(error).__name__ != "PanicException":
             raise
         raise ReadError(_damaged(path, "the LAZ decoder gave up")) from error
+
+
+def _check_signature(path: Path) -> None:
+    with path.open("rb") as file:
+        if file.read(4) != b"LASF":
+            raise ReadError(f"{path}: found no LAS signature at its start, expected a LAS or LAZ file; check what kind of file this is")
+    _check_header(path)
 
 
 def _check_header(path: Path) -> None:
@@ -74,28 +120,14 @@ def _damaged(path: Path, found: str) -> str:
 
 
 def _read(path: Path, progress: Callable[[float], None] | None) -> RawScan:
-    import laspy
-
-    with laspy.open(path) as reader:
-        header = reader.header
-        count = header.point_count
-        if count == 0:
-            raise ReadError(f"{path}: the file holds 0 points, expected a scan; export it again")
-        names = set(header.point_format.dimension_names)
-        scales, offsets = np.asarray(header.scales), np.asarray(header.offsets)
-        if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
-            raise ReadError(_damaged(path, f"scale factors {scales.tolist()}, offsets {offsets.tolist()}"))
-        if count * header.point_format.size > 200 * max(path.stat().st_size, 1) + 10_000_000:
-            raise ReadError(_damaged(path, f"the header announces {count:,} points, far more than {path.stat().st_size:,} bytes can hold"))
+    with _open(path) as reader:
+        count, done = reader.header.point_count, 0
         points = np.zeros((count, 3))
-        gps_time = np.zeros(count) if "gps_time" in names else None
+        gps_time = np.zeros(count) if "gps_time" in set(reader.header.point_format.dimension_names) else None
         classes = np.zeros(count, dtype=np.uint8)
-        done = 0
         for chunk in reader.chunk_iterator(CHUNK):
             part = slice(done, done + len(chunk))
-            for axis, name in enumerate("XYZ"):
-                np.multiply(chunk[name], scales[axis], out=points[part, axis])
-                points[part, axis] += offsets[axis]
+            _scale(chunk, reader.header, out=points[part])
             if gps_time is not None:
                 gps_time[part] = chunk["gps_time"]
             classes[part] = chunk["classification"]
@@ -108,6 +140,32 @@ def _read(path: Path, progress: Callable[[float], None] | None) -> RawScan:
     if gps_time is not None and not gps_time.any():
         gps_time = None
     return RawScan(points, gps_time, classes if classes.any() else None, crs=crs, unit=unit)
+
+
+def _open(path: Path) -> Any:
+    """Reader of a file that can hold what its header says; it decodes coordinates, time and class only."""
+    import laspy
+
+    wanted = laspy.DecompressionSelection
+    reader = laspy.open(path, decompression_selection=wanted.XY_RETURNS_CHANNEL | wanted.Z | wanted.CLASSIFICATION | wanted.GPS_TIME)
+    header, size = reader.header, path.stat().st_size
+    scales, offsets = np.asarray(header.scales), np.asarray(header.offsets)
+    fault = None
+    if not (np.isfinite(scales).all() and np.isfinite(offsets).all() and (scales != 0).all()):
+        fault = f"scale factors {scales.tolist()}, offsets {offsets.tolist()}"
+    elif header.point_count * header.point_format.size > 200 * max(size, 1) + 10_000_000:
+        fault = f"the header announces {header.point_count:,} points, far more than {size:,} bytes can hold"
+    if fault or header.point_count == 0:
+        reader.close()
+        raise ReadError(_damaged(path, fault) if fault else f"{path}: the file holds 0 points, expected a scan; export it again")
+    return reader
+
+
+def _scale(chunk: Any, header: Any, *, out: NDArray[np.float64]) -> None:
+    """Coordinates of a chunk from their whole steps."""
+    for axis, name in enumerate("XYZ"):
+        np.multiply(chunk[name], header.scales[axis], out=out[:, axis])
+        out[:, axis] += header.offsets[axis]
 
 
 def _reference(header: Any, records: list[Any]) -> tuple[str | None, str | None]:

@@ -219,13 +219,13 @@ def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: st
     warnings: list[str] = []
     points = raw.points
     finite: slice | NDArray[np.bool_] = slice(None)
-    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
+    low, high = _bounds(points)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         finite = np.logical_and.reduce(np.isfinite(points), axis=1)
         dropped = len(points) - len(points[finite])
         warnings.append(f"{dropped:,} of {len(points):,} points have coordinates that are not finite; they were left out")
         points = points[finite]
-        low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.zeros(3))
+        low, high = _bounds(points)
     _check_points(points, low, high, where=where, dropped=len(raw.points) - len(points))
     axis = up if up != "auto" else "y" if looks_y_up(points) else "z"
     if up == "auto" and axis == "y":
@@ -259,6 +259,13 @@ def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: st
     )
 
 
+def _bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Smallest and largest coordinates, column by column: numpy takes its time over rows of three."""
+    if not len(points):
+        return np.zeros(3), np.zeros(3)
+    return np.array([column.min() for column in points.T]), np.array([column.max() for column in points.T])
+
+
 def _check_points(points: NDArray, low: NDArray, high: NDArray, *, where: str, dropped: int) -> None:
     advice = "expected a scan of a building; check the file or export it again"
     if len(points) == 0 and dropped:
@@ -273,7 +280,9 @@ def _check_points(points: NDArray, low: NDArray, high: NDArray, *, where: str, d
 
 def _to_local(points: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
     """Points in the local frame; turning by quarter turns is a choice of columns, so nothing is rounded."""
-    local = points - frame.origin
+    local = np.zeros(points.shape)
+    for axis, start in enumerate(frame.origin):
+        np.subtract(points[:, axis], start, out=local[:, axis])
     if frame.scale != 1.0:
         local *= frame.scale
     if not np.array_equal(frame.rotation, np.eye(3)):

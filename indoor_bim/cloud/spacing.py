@@ -7,6 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 MULTIPLIERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 
+BLOCK = 16_384  # rows that fit the cache
+
 
 def sample_mask(points: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
     """Choose about `count` points, spread evenly over the points, by a hash of their coordinates.
@@ -26,7 +28,11 @@ def sample_mask(points: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
     """
     if len(points) <= count:
         return np.ones(len(points), dtype=np.bool_)
-    return _hash(np.ascontiguousarray(points + 0.0).view(np.uint64)) < np.uint64(2**64 * (count / len(points)))
+    chosen, limit = np.zeros(len(points), dtype=np.bool_), np.uint64(2**64 * (count / len(points)))
+    for start in range(0, len(points), BLOCK):
+        part = slice(start, start + BLOCK)
+        chosen[part] = _hash(np.ascontiguousarray(points[part] + 0.0).view(np.uint64)) < limit
+    return chosen
 
 
 def point_spacing(points: ArrayLike, *, sample_size: int = 100_000) -> float:
