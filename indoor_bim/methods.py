@@ -99,7 +99,7 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     stages : Stages
         Keeps every stage's product; "plan", "walls" and "openings" hold one product for each storey.
     """
-    from indoor_bim.auto import auto_storey, sensor_positions
+    from indoor_bim.auto import storey_plans
     from indoor_bim.cloud.levels import level
     from indoor_bim.openings import find_openings
     from indoor_bim.storeys import storey_from_plan
@@ -107,19 +107,16 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     with stages("level") as keep:
         levelled = level(cloud)
         keep(levelled)
-    sensor = None
-    if cloud.gps_time is not None and levelled.trajectory is not None:
-        sensor = sensor_positions(cloud.gps_time, levelled.trajectory)
     with stages("plan") as keep:
-        plans = [auto_storey(levelled, number, sensor) for number in range(len(levelled.storeys))]
+        plans = storey_plans(levelled, gps_time=cloud.gps_time)
         keep(plans)
     warnings = list(levelled.warnings)
     storeys: list[Storey] = []
     with stages("walls") as keep:
         tables = []
-        for found in plans:
+        for plan in plans:
             storey, walls, doubts = storey_from_plan(
-                found.plan,
+                plan,
                 number=len(storeys) + 1,
                 min_thickness=params.walls.min_thickness,
                 max_thickness=params.walls.max_thickness,
