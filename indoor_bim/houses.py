@@ -17,6 +17,7 @@ from indoor_bim.params import HousesParams, Params
 from indoor_bim.stages import Progress, Stages
 
 if TYPE_CHECKING:
+    from indoor_bim.outdoor.accuracy import Accuracy
     from indoor_bim.outdoor.scene import Scene
 
 DEFAULT_METHOD = "lines"
@@ -33,6 +34,8 @@ class HousesResult:
     ----------
     village : Village
         The houses.
+    accuracy : Accuracy
+        Distances of the wall points from the houses, and of surveyed corners where there are any.
     params : Params
         Parameters that were asked for.
     stages : dict of str to object
@@ -44,6 +47,7 @@ class HousesResult:
     """
 
     village: Village
+    accuracy: Accuracy
     params: Params
     stages: dict[str, Any]
     timings: dict[str, float]
@@ -57,6 +61,7 @@ def houses(
     method: str = DEFAULT_METHOD,
     params: Params | None = None,
     attributes: str | Path | None = None,
+    corners: str | Path | None = None,
     formats: Sequence[str] | None = None,
     progress: Progress | None = None,
 ) -> HousesResult:
@@ -74,8 +79,10 @@ def houses(
         Parameters; `HousesParams` are those of this way.
     attributes : path, optional
         Table (CSV) of materials and other attributes, joined to the houses by ``id`` or by ``x`` and ``y`` in scan coordinates.
+    corners : path, optional
+        Surveyed corners (CSV with ``x``, ``y`` in scan coordinates, and ``id``) to compare the footprints with.
     formats : sequence of str, optional
-        What to write, of `indoor_bim.outputs_houses.FILES`; default: everything.
+        What to write, of `indoor_bim.outdoor.outputs.FILES`; default: everything.
     progress : callable, optional
         Called with the name of the stage and the share of it that is done.
 
@@ -97,7 +104,10 @@ def houses(
     if method not in METHODS:
         raise ConfigError(f'method: there is no "{method}"; expected one of {", ".join(sorted(METHODS))}')
     from indoor_bim.cloud.read import as_cloud
+    from indoor_bim.export.files import write_text
+    from indoor_bim.outdoor.accuracy import measure, read_corners
     from indoor_bim.outdoor.attributes import join_attributes, read_attributes
+    from indoor_bim.outdoor.footprint import WallPoints
     from indoor_bim.outdoor.outputs import FILES, prepare, write_outputs
     from indoor_bim.outdoor.scene import see_scene
     from indoor_bim.outdoor.terrain import ground_mesh, spot_heights
@@ -107,6 +117,7 @@ def houses(
     wanted = tuple(FILES) if formats is None else tuple(formats)
     folder = prepare(out, formats=wanted) if out is not None else None
     table = read_attributes(attributes) if attributes is not None else ()
+    surveyed = read_corners(corners) if corners is not None else ()
     stages = Stages(progress)
     with stages("read") as keep:
         cloud = as_cloud(scan, unit=params.read.unit, up=params.read.up, crs=params.read.crs, trajectory=False)
@@ -137,10 +148,14 @@ def houses(
             warnings=tuple(dict.fromkeys([*cloud.warnings, *warnings, *_doubts(found, scene)])),
         )
         keep(village)
+    with stages("accuracy") as keep:
+        accuracy = measure(village, WallPoints.above(scene.building, scene.above_ground), cloud.frame, surveyed)
+        keep(accuracy)
     if folder is not None:
         with stages("write"):
             write_outputs(village, folder, formats=wanted, params=params)
-    return HousesResult(village, params, stages.products, stages.timings, village.warnings)
+            write_text(folder / "accuracy.md", accuracy.table())
+    return HousesResult(village, accuracy, params, stages.products, stages.timings, village.warnings)
 
 
 def lines(scene: Scene, params: HousesParams, stages: Stages) -> tuple[House, ...]:

@@ -20,6 +20,9 @@ def houses(
     attributes: Annotated[
         Path | None, typer.Option(metavar="TABLE.csv", help="Materials and other attributes, with a column id, or columns x and y.")
     ] = None,
+    corners: Annotated[
+        Path | None, typer.Option(metavar="CORNERS.csv", help="Surveyed corners (id, x, y) to compare the footprints with.")
+    ] = None,
     crs: Annotated[str | None, typer.Option(metavar="EPSG:CODE", help="Coordinate reference system. Default: that of the file.")] = None,
     to: Annotated[str | None, typer.Option(metavar="KIND,...", help="What to write. Default: everything.")] = None,
     config: ConfigFile = None,
@@ -50,6 +53,7 @@ def houses(
             method=method or DEFAULT_METHOD,
             params=load_params(config, sets),
             attributes=attributes,
+            corners=corners,
             formats=formats,
             progress=progress,
         )
@@ -68,4 +72,9 @@ def houses(
                 for house in found
             ]
         )
+        distances = result.accuracy.distances
+        if len(distances):
+            say(
+                f"Surveyed corners: {len(distances)} of {len(result.accuracy.corners)}, mean {distances.mean():.3f} m, max {distances.max():.3f} m"
+            )
         say(f"Results: {output}")

@@ -15,6 +15,8 @@ FILES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
     {
         "geojson": ("footprints.geojson", "indoor_bim.export.footprints", "write_footprints"),
         "ifc": ("village.ifc", "indoor_bim.export.ifc_houses", "write_houses_ifc"),
+        "svg": ("map.svg", "indoor_bim.export.map_svg", "write_map_svg"),
+        "dxf": ("map.dxf", "indoor_bim.export.map_dxf", "write_map_dxf"),
         "ply": ("village.ply", "indoor_bim.export.house_meshes", "write_houses_ply"),
         "obj": ("village.obj", "indoor_bim.export.house_meshes", "write_houses_obj"),
         "cityjson": ("village.city.json", "indoor_bim.export.cityjson", "write_cityjson"),
