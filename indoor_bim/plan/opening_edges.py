@@ -18,6 +18,7 @@ FRAME_STEP = 0.004  # metres: smallest step in depth between a frame and a face 
 SURE = 6.0  # times the standard error
 REVEAL_BLUR = 0.012  # metres next to an edge where hits may lie on its reveal
 LEAST_FACE = 0.05  # metres of face beyond a frame that show it to be one
+END_SLACK = 0.02  # metres: what the ends of a wall are known to
 AGREEMENT = 0.02  # metres between the views of an edge from either side
 REVEAL_SHARE = 0.3  # of the tolerance
 ENOUGH = 10  # hits or rays on either side
@@ -48,13 +49,15 @@ class Traces:
     open_side: Floats
 
 
-def traces(rays: WallRays, *, tolerance: float, through_depth: float, both_faces: bool, steep: float = 0.2) -> Traces:
+def traces(rays: WallRays, *, length: float, tolerance: float, through_depth: float, both_faces: bool, steep: float = 0.2) -> Traces:
     """Split rays into hits on faces and rays that went in.
 
     Parameters
     ----------
     rays : WallRays
         Rays at one wall, with corrected depths.
+    length : float
+        Length of the wall, metres: hits beyond its ends are not on its faces.
     tolerance : float
         Hits closer than this to a face are on it, metres.
     through_depth : float
@@ -64,7 +67,7 @@ def traces(rays: WallRays, *, tolerance: float, through_depth: float, both_faces
     steep : float
         Rays with a smaller cosine to the normal do not tell where they met a face.
     """
-    face = np.abs(rays.depth) <= tolerance
+    face = (np.abs(rays.depth) <= tolerance) & (rays.along_end > -END_SLACK) & (rays.along_end < length + END_SLACK)
     went_in = (rays.depth > tolerance) & (rays.slant > steep)
     through = went_in & (rays.depth > through_depth) & both_faces
     none = np.full(int(through.sum()), np.inf)
