@@ -1,0 +1,55 @@
+"""Options and clouds of the speed benchmarks."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+CACHE = Path(os.environ.get("XDG_CACHE_HOME", tempfile.gettempdir())) / "indoor_bim_benchmarks"
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Sizes to measure."""
+    parser.addoption("--points", default="200_000,2_000_000", help="numbers of points, comma-separated, e.g. 20_000_000")
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    """Every size asked for."""
+    if "count" in metafunc.fixturenames:
+        counts = [int(text) for text in metafunc.config.getoption("--points").split(",")]
+        metafunc.parametrize("count", counts, ids=[f"{count:,}" for count in counts], scope="session")
+
+
+@pytest.fixture(params=["shuffled", "wall-by-wall"])
+def wall_points(request: pytest.FixtureRequest, count: int) -> np.ndarray:
+    """Walls of a floor of rooms, 4 mm rough, 13,000 points a square metre at 2 million; 4 % stray points."""
+    rng = np.random.default_rng(1)
+    solid, side = count * 24 // 25, 15.0
+    wall, along = rng.integers(0, 8, solid), rng.random(solid) * side
+    if request.param == "wall-by-wall":
+        order = np.lexsort((along, wall))
+        wall, along = wall[order], along[order]
+    across, height = wall // 2 * 5.0 + rng.normal(0, 0.004, solid), rng.random(solid) * 2.5
+    walls = np.column_stack([np.where(wall % 2, across, along), np.where(wall % 2, along, across), height])
+    points = np.concatenate([walls, rng.uniform([-1, -1, 0], [side + 1, side + 1, 2.5], (count - solid, 3))])
+    return points[rng.permutation(count)] if request.param == "shuffled" else points
+
+
+@pytest.fixture
+def scan(count: int) -> Path:
+    """LAZ file of an office floor scanned by a backpack; made once and kept."""
+    from indoor_bim.cloud.write import write_las
+    from indoor_bim.simulate import office_floor, simulate
+
+    path = CACHE / f"office_{count}.laz"
+    if not path.exists():
+        CACHE.mkdir(parents=True, exist_ok=True)
+        made = simulate(office_floor(offices=8, seed=1), profile="backpack", points=min(count, 2_000_000), seed=1)
+        rng = np.random.default_rng(2)
+        copies = [made.points + rng.normal(0, 0.002, made.points.shape) for _ in range(count // len(made.points))]
+        write_las(path, np.concatenate(copies))
+    return path
