@@ -74,7 +74,6 @@ def houses(
         )
         distances = result.accuracy.distances
         if len(distances):
-            say(
-                f"Surveyed corners: {len(distances)} of {len(result.accuracy.corners)}, mean {distances.mean():.3f} m, max {distances.max():.3f} m"
-            )
+            share = f"{len(distances)} of {len(result.accuracy.corners)}"
+            say(f"Surveyed corners: {share}, mean {distances.mean():.3f} m, max {distances.max():.3f} m")
         say(f"Results: {output}")

@@ -10,6 +10,7 @@ import numpy as np
 import shapely
 
 from indoor_bim.export.marks import Item, Layer, Mark, Stroke, Text, shorten, text_width, wrap
+from indoor_bim.export.mesh import region
 from indoor_bim.export.page import Page, Rect, View, fit_page
 from indoor_bim.export.scan_coordinates import to_scan
 from indoor_bim.model import Point2
@@ -18,7 +19,8 @@ from indoor_bim.outdoor.model import House, Village
 SCALES = (500, 1000, 2000, 5000, 10_000)
 PAPERS = ("A4", "A3", "A2", "A1", "A0")
 EDGE = 12.0
-LABEL, SMALL, CAPTION, BODY, HEADLINE = 2.2, 1.6, 1.8, 2.5, 4.0
+LABEL_SIZES = (2.2, 2.0, 1.8, 1.6, 1.4, 1.2, 1.0)
+SMALL, CAPTION, BODY, HEADLINE = 1.6, 1.8, 2.5, 4.0
 GRID_MM = 100.0
 CROSS = 2.0
 
@@ -114,18 +116,26 @@ def _house(house: House, view: View) -> Item:
     return Item(tuple(marks), "house", house.id, f"{house.id}: {house.area:.2f} m², {house.height:.2f} m high, {house.storeys} storeys")
 
 
-def _label(house: House, view: View) -> Iterator[Text]:
-    polygon = house.polygon
-    at, inscribed = shapely.Point(house.centroid), shapely.maximum_inscribed_circle(polygon, tolerance=0.1)
-    if not polygon.contains(at) or at.distance(polygon.exterior) < 0.6 * inscribed.length:
-        at = inscribed.interpolate(0)
-    x, y = view.point((at.x, at.y))
-    lines = label_lines(house)
-    width = 0.9 * 2 * at.distance(polygon.exterior) * view.mm_per_metre
-    size = min(LABEL, max(1.2, LABEL * width / max(text_width(line, LABEL) for line in lines)))
-    yield Text((x, y - 0.75 * size), house.id, 0.8 * size, "middle", style="caption")
-    for i, line in enumerate(lines):
-        yield Text((x, y + (0.6 + 1.25 * i) * size), line, size, "middle", bold=i == 0)
+def _label(house: House, view: View) -> list[Text]:
+    """Identifier, material and storeys, area: about the centroid, else where there is most room, as large as fits."""
+    body = region(house.footprint)
+    place = view.shape(body)
+    centres = [house.centroid, shapely.maximum_inscribed_circle(body, tolerance=0.1).coords[0]]
+    texts: list[Text] = []
+    for size in LABEL_SIZES:
+        for centre in centres:
+            texts = _label_texts(house, view.point(centre), size)
+            if all(place.contains(text.box) for text in texts):
+                return texts
+    return texts
+
+
+def _label_texts(house: House, at: Point2, size: float) -> list[Text]:
+    x, y = at
+    texts = [Text((x, y - 0.75 * size), house.id, 0.8 * size, "middle", style="caption")]
+    for i, line in enumerate(label_lines(house)):
+        texts.append(Text((x, y + (0.6 + 1.25 * i) * size), line, size, "middle", bold=i == 0))
+    return texts
 
 
 def _spots(village: Village, view: View, page: Page) -> Layer:

@@ -70,10 +70,8 @@ class Accuracy:
         d = self.distances
         if len(d):
             sd = float(d.std(ddof=1)) if len(d) > 1 else 0.0
-            lines += [
-                "",
-                f"{len(d)} of {len(self.corners)} corners: mean {d.mean():.3f} m, s.d. {sd:.3f}, max {d.max():.3f}, min {d.min():.3f}",
-            ]
+            spread = f"mean {d.mean():.3f} m, s.d. {sd:.3f}, max {d.max():.3f}, min {d.min():.3f}"
+            lines += ["", f"{len(d)} of {len(self.corners)} corners: {spread}"]
         lines += [
             "",
             f"{self.wall_points} wall points: mean {self.wall_mean:.3f} m from the model, s.d. {self.wall_sd:.3f}, "
@@ -103,9 +101,7 @@ def read_corners(path: str | Path) -> tuple[tuple[str, float, float], ...]:
     except FileNotFoundError:
         raise ReadError(f"{file}: no such file; expected surveyed corners as CSV") from None
     except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
-        raise ReadError(
-            f"{file}: cannot read the corners ({error}); expected CSV with the columns x and y, and id if there is one"
-        ) from None
+        raise ReadError(f"{file}: cannot read the corners ({error}); expected CSV with x, y, and id if there is one") from None
     if not corners:
         raise ReadError(f"{file}: holds no corner; expected CSV with the columns x and y, and id if there is one")
     return corners
