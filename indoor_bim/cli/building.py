@@ -141,6 +141,8 @@ def check(
         emit(_fault_table(faults))
     elif not quiet:
         emit(f"{file}: valid ({', '.join(checked)})")
+    if "buildingSMART" in checked and "deliverable" not in checked:
+        say("not checked against the deliverable; for that: pip install 'indoor-bim[ids]'", quiet=quiet)
     if faults:
         raise ValidationError(f"{file}: {len(faults)} {'fault' if len(faults) == 1 else 'faults'}")
 

@@ -38,6 +38,9 @@ def reconstruct(
         str, typer.Option(metavar="KIND,...", help="What to write of ifc, obj, ply, gltf, geojson, svg, dxf, pdf, png, json.")
     ] = "ifc,obj,svg,json",
     trajectory: Trajectory = None,
+    crs: Annotated[
+        str | None, typer.Option(metavar="EPSG:CODE", help="Coordinate reference system of the scan. Default: what the file says.")
+    ] = None,
     config: ConfigFile = None,
     set_: Settings = None,
     preset: Preset = None,
@@ -54,7 +57,7 @@ def reconstruct(
     from indoor_bim.pipeline import reconstruct as run
 
     set_up_messages(quiet=quiet, verbose=verbose)
-    params = load_params(config, set_ or (), preset)
+    params = load_params(config, [*(set_ or ()), *([f"read.crs={crs}"] if crs else [])], preset)
     formats = [kind.strip().lower() for kind in to.split(",") if kind.strip()]
     with progress_bars(quiet=quiet) as progress:
         result = run(

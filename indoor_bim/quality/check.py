@@ -83,7 +83,7 @@ def check_ifc(path: str | os.PathLike[str], *, rules: bool = True) -> CheckRepor
     -------
     CheckReport
         Findings against the schema, its rules, the rules of buildingSMART and the deliverable; empty for a good file. The deliverable is
-        left out, with a warning in the log, where `ifctester` is not installed.
+        left out, which the log tells, where `ifctester` is not installed.
 
     Raises
     ------
@@ -101,7 +101,7 @@ def check_ifc(path: str | os.PathLike[str], *, rules: bool = True) -> CheckRepor
     else:
         findings += [Finding("error", rule.__name__, str(entity), message) for rule in RULES for entity, message in rule(file)]
         if find_spec("ifctester") is None:
-            _log.warning("%s: not checked against the deliverable: pip install 'indoor-bim[ids]' for that.", name)
+            _log.info("%s: not checked against the deliverable: pip install 'indoor-bim[ids]' for that.", name)
             checked.remove("deliverable")
         else:
             findings += _deliverable_findings(file)
