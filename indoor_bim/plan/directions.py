@@ -10,6 +10,7 @@ Floats = NDArray[np.float64]
 # Angle range (degrees), step (degrees) and bin (metres) of each search, coarse to fine.
 _SEARCHES = ((45.0, 1.0, 0.20), (1.5, 0.1, 0.05), (0.2, 0.02, 0.03))
 _ENOUGH_POINTS = 30_000  # for the searches
+_SMALLEST_TURN = 5e-6  # radians; 0.2 mm on 40 m
 _SMOOTHING = np.array([1.0, 4.0, 6.0, 4.0, 1.0]) / 16
 
 
@@ -51,8 +52,13 @@ def main_direction(xy: Floats) -> float:
         scores = np.array([_sharpness(sample, angle, bin_size) for angle in angles])
         near_zero = np.lexsort((np.abs(angles), -scores))[0]
         best = float(angles[near_zero])
-    for reach in (0.06, 0.04, 0.04):
-        best += _remaining_turn(centred, best, reach)
+    best += _remaining_turn(sample, best, 0.06)
+    for points, rounds in ((sample, 30), (centred, 5)):
+        for _ in range(rounds):
+            turn = _remaining_turn(points, best, 0.04)
+            best += turn
+            if abs(turn) < _SMALLEST_TURN:
+                break
     return float((best + np.pi / 4) % (np.pi / 2) - np.pi / 4)
 
 
