@@ -17,7 +17,7 @@ from indoor_bim.stages import Progress, Stages
 if TYPE_CHECKING:
     from indoor_bim.cloud.cloud import Cloud
 
-DEFAULT_METHOD = "slope"
+DEFAULT_METHOD = "auto"
 FORMATS = ("ifc", "obj", "svg", "json")
 
 
