@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from indoor_bim.errors import ConfigError, NothingToReconstructError
 from indoor_bim.identity import with_guids
 from indoor_bim.methods import METHODS, Reconstruction
@@ -57,6 +59,7 @@ def reconstruct(
     params: Params | None = None,
     trajectory: Any = None,
     formats: Sequence[str] = FORMATS,
+    debug: str | Path | None = None,
     progress: Progress | None = None,
 ) -> Result:
     """Make a building model from a laser scan.
@@ -75,6 +78,8 @@ def reconstruct(
         Scanner path as t, x, y, z in scan coordinates; default: ``trajectory.csv`` beside the scan, if there is one.
     formats : sequence of str
         What to write of "ifc", "obj", "svg", "json", "ply", "gltf", "geojson", "dxf", "pdf", "png"; the last three need an extra.
+    debug : path, optional
+        Folder for a picture of every wall with its hits, holes and openings; made if missing. Default: no pictures.
     progress : callable, optional
         Called with the name of the stage and the share of it that is done.
 
@@ -100,6 +105,7 @@ def reconstruct(
 
     params = params or Params()
     folder = prepare_folder(out, formats=formats) if out is not None else None
+    pictures = prepare_folder(debug, formats=()) if debug is not None else None
     stages = Stages(progress)
 
     from indoor_bim.cloud.read import as_cloud
@@ -129,9 +135,26 @@ def reconstruct(
             write_outputs(building, folder, formats=formats, params=params, derived=found.derived, scan=file, underlays=underlays)
         with stages("check"):
             doubts = failed_checks(folder)
+    if pictures is not None and failure is None:
+        with stages("pictures"):
+            _write_wall_pictures(building, cloud, pictures)
     if failure is not None:
         raise failure
     return Result(building, params, found.derived, stages.products, stages.timings, (*building.warnings, *doubts))
+
+
+def _write_wall_pictures(building: Building, cloud: Cloud, folder: Path) -> None:
+    """Write every wall as the scan saw it."""
+    from indoor_bim.frame import Frame
+    from indoor_bim.wall_views import write_wall_pictures
+
+    to_model = Frame.from_matrix(building.transform_cloud_to_model)
+    turn = to_model.rotation @ cloud.frame.rotation.T
+    shift = to_model.to_local(cloud.frame.to_scan([[0.0, 0.0, 0.0]]))[0]
+    points = cloud.points @ turn.T + shift
+    path = None if cloud.trajectory is None else np.column_stack([cloud.trajectory[:, 0], cloud.trajectory[:, 1:] @ turn.T + shift])
+    for storey in building.storeys:
+        write_wall_pictures(storey, points, folder, trajectory=path, gps_time=cloud.gps_time)
 
 
 def _building(cloud: Cloud, found: Reconstruction, *, method: str, failure: NothingToReconstructError | None) -> Building:

@@ -108,3 +108,10 @@ def test_an_unwritable_folder_fails_before_anything_is_computed(scan, tmp_path, 
     (tmp_path / "file").write_text("")
     with pytest.raises(WriteError, match="file"):
         reconstruct(scan, tmp_path / "file" / "out", method=method)
+
+
+def test_pictures_of_walls_are_written_on_request(scan, tmp_path):
+    result = reconstruct(scan, debug=tmp_path / "walls")
+    names = {path.stem for path in (tmp_path / "walls").iterdir()}
+    assert names == {wall.id for wall in result.building.storeys[0].walls}
+    assert all(path.read_bytes().startswith(b"\x89PNG") for path in (tmp_path / "walls").iterdir())

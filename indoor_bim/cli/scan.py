@@ -44,6 +44,9 @@ def reconstruct(
     config: ConfigFile = None,
     set_: Settings = None,
     preset: Preset = None,
+    debug: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write a picture of every wall, with what the scan hit, saw through and missed.")
+    ] = None,
     as_json: AsJson = False,
     quiet: Quiet = False,
     verbose: Verbose = 0,
@@ -61,7 +64,14 @@ def reconstruct(
     formats = [kind.strip().lower() for kind in to.split(",") if kind.strip()]
     with progress_bars(quiet=quiet) as progress:
         result = run(
-            scan, output, method=method or DEFAULT_METHOD, params=params, trajectory=trajectory, formats=formats, progress=progress
+            scan,
+            output,
+            method=method or DEFAULT_METHOD,
+            params=params,
+            trajectory=trajectory,
+            formats=formats,
+            debug=debug,
+            progress=progress,
         )
     warn(result.warnings, quiet=quiet)
     if as_json:
