@@ -14,7 +14,7 @@ from indoor_bim.cloud.cloud import LevelledCloud, StoreyLevels
 from indoor_bim.cloud.levels import thin
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan import face_lines as fl
-from indoor_bim.plan.cells import Cells, cell_image, cut_into_cells, label_cells
+from indoor_bim.plan.cells import Cells, cell_image, close_corners, cut_into_cells, label_cells
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.room_outlines import RoomOutline, room_outlines
 from indoor_bim.plan.segments import Segments
@@ -93,7 +93,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
     cells = cut_into_cells(np.vstack([p, edge_p, frame]), np.vstack([q, edge_q, np.roll(frame, -1, axis=0)]))
     inside, spanned = _inside(cells, seen.image, density, floor_image, floor_density, seen)
-    wall = _edge_evidence(cells, lines, sweeps)
+    wall = close_corners(cells, _edge_evidence(cells, lines, sweeps))
     faces = wall.copy()
     border = cells.edge_line - len(lines)
     wall[(border >= 0) & (border < len(edge_p))] = 0.4
@@ -241,10 +241,12 @@ def sensor_positions(gps_time: Floats, trajectory: Floats) -> Floats:
     gps_time : (n,) float64
         Time of each point, seconds.
     trajectory : (m, 4) float64
-        Time in seconds, x, y, z in metres; rows far apart in time are stations that the scanner stood on from then on.
+        Time in seconds, x, y, z in metres. Rows far apart in time are stations: the scanner stood there from that time on, or
+        around that time where points were taken before the first row.
     """
     t = trajectory[:, 0]
     if (len(t) > 1 and np.median(np.diff(t)) > 1.0) or len(t) == 1:
-        row = np.clip(np.searchsorted(t, gps_time, side="right") - 1, 0, len(t) - 1)
-        return trajectory[row, 1:4]
+        around = len(gps_time) > 0 and gps_time.min() < t[0] - 0.1 * (t[-1] - t[0]) / max(len(t) - 1, 1)
+        change = (t[1:] + t[:-1]) / 2 if around else t[1:]
+        return trajectory[np.searchsorted(change, gps_time, side="right"), 1:4]
     return np.column_stack([np.interp(gps_time, t, trajectory[:, k]) for k in (1, 2, 3)])

@@ -91,6 +91,46 @@ def cell_image(polygons: NDArray, template: Raster) -> NDArray[np.int64]:
     return image
 
 
+def close_corners(cells: Cells, wall: Floats, *, gap: float = 0.40, seen: float = 0.5) -> Floats:
+    """Wall evidence of edges with the hidden ends of faces: what is missing up to the next wall is taken from the face.
+
+    Parameters
+    ----------
+    cells : Cells
+        Arrangement.
+    wall : (e,) float64
+        Share of each edge where the face of its line was seen.
+    gap : float
+        Longest end that was hidden, metres.
+    seen : float
+        Share from which an edge counts as wall.
+    """
+    ends = np.round(np.vstack([cells.edge_start, cells.edge_end]), 4)
+    _, vertex = np.unique(ends, axis=0, return_inverse=True)
+    start, end = vertex.reshape(2, -1)
+    strong = wall >= seen
+    meets: dict[int, set[int]] = {}
+    for k in np.flatnonzero(strong):
+        for corner in (int(start[k]), int(end[k])):
+            meets.setdefault(corner, set()).add(int(cells.edge_line[k]))
+    after = {(int(line), int(corner)): k for k, (line, corner) in enumerate(zip(cells.edge_line, start, strict=True))}
+    before = {(int(line), int(corner)): k for k, (line, corner) in enumerate(zip(cells.edge_line, end, strict=True))}
+    length = np.hypot(*(cells.edge_end - cells.edge_start).T)
+    closed = wall.copy()
+    for k in np.flatnonzero(strong):
+        line = int(cells.edge_line[k])
+        for step, far, corner in ((after, end, int(end[k])), (before, start, int(start[k]))):
+            run: list[int] = []
+            while not meets.get(corner, set()) - {line} and (line, corner) in step:
+                run.append(step[line, corner])
+                corner = int(far[run[-1]])
+                if strong[run[-1]] or length[run].sum() > gap:
+                    break
+            if run and not strong[run[-1]] and length[run].sum() <= gap and meets.get(corner, set()) - {line}:
+                closed[run] = np.maximum(closed[run], wall[k])
+    return closed
+
+
 def label_cells(cells: Cells, *, inside: Floats, wall: Floats, border: float = 0.25, solid: float = 0.30) -> Bools:
     """Which cells are room: the minimum cut between evidence for free space and evidence for walls.
 
