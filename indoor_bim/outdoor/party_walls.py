@@ -16,8 +16,10 @@ Floats = NDArray[np.float64]
 WINDOW = 1.0
 LEAST_STEP = 1.2
 LEAST_RUN = 2.0
-SAME_HEIGHT = 0.4
-SQUARE = np.radians(12.0)
+SAME_HEIGHT = 0.2
+LEAST_SAME = 0.6
+LEAST_COMPANY = 0.2
+SQUARE = np.radians(4.0)
 STRAIGHT = 0.05
 
 
@@ -42,7 +44,7 @@ def split_at_party_walls(edges: list[FittedEdge], points: Floats, *, foot: float
     """
     ring = np.array([edge.start for edge in edges])
     walls = _walls_with_tops(edges, points, foot)
-    return _split(ring, walls, least_area)
+    return _split(ring, walls, points, least_area)
 
 
 def _walls_with_tops(edges: list[FittedEdge], points: Floats, foot: float) -> Floats:
@@ -63,7 +65,7 @@ def _walls_with_tops(edges: list[FittedEdge], points: Floats, foot: float) -> Fl
     return np.array(rows).reshape(-1, 4)
 
 
-def _split(ring: Floats, walls: Floats, least_area: float) -> list[Floats]:
+def _split(ring: Floats, walls: Floats, points: Floats, least_area: float) -> list[Floats]:
     polygon = shapely.Polygon(ring)
     border = polygon.exterior
     place = shapely.line_locate_point(border, shapely.points(walls[:, :2]))
@@ -72,12 +74,12 @@ def _split(ring: Floats, walls: Floats, least_area: float) -> list[Floats]:
     level = _level_between(tops, lengths)
     if level is None:
         return [ring]
-    breaks = _breaks(place, tops > level, lengths, border.length)
+    breaks = [_sharpened(border, at, points, walls, level) for at in _breaks(place, tops > level, lengths, border.length)]
     corners = shapely.line_locate_point(border, shapely.points(ring))
     best: tuple[float, shapely.Polygon, shapely.Polygon] | None = None
     for a, b in combinations(breaks, 2):
-        for p in _near_corners(a, corners):
-            for q in _near_corners(b, corners):
+        for p, q in _chords(border, a, b, corners):
+            if p != q:
                 parts = _cut(polygon, p, q, least_area)
                 if parts is not None and (best is None or parts[0] < best[0]) and _agree(parts[1:], walls, level):
                     best = parts
@@ -88,7 +90,7 @@ def _split(ring: Floats, walls: Floats, least_area: float) -> list[Floats]:
         own = shapely.dwithin(part.exterior, shapely.points(walls[:, :2]), 0.05)
         cleaned = part.simplify(STRAIGHT)
         corners_of_part = np.asarray(shapely.orient_polygons(cleaned).exterior.coords)[:-1]
-        pieces += _split(_from_a_corner(corners_of_part), walls[own], least_area)
+        pieces += _split(_from_a_corner(corners_of_part), walls[own], points, least_area)
     return pieces
 
 
@@ -130,10 +132,41 @@ def _from_a_corner(ring: Floats) -> Floats:
     return ring[1:] if len(ring) > 3 and abs((b - a) @ np.array([-d[1], d[0]])) < STRAIGHT else ring
 
 
+def _sharpened(border: shapely.LinearRing, at: float, points: Floats, walls: Floats, level: float) -> float:
+    """Break moved to where the points of the higher wall end."""
+    low, high = (float(np.median(walls[rows, 2])) for rows in (walls[:, 2] <= level, walls[:, 2] > level))
+    upper = points[(points[:, 2] > low + 0.4) & (points[:, 2] < high - 0.2)]
+    middle = np.asarray(border.interpolate(at).coords[0])
+    near = upper[np.hypot(*(upper[:, :2] - middle).T) < 2 * WINDOW, :2]
+    near = near[shapely.dwithin(border, shapely.points(near), 0.12)]
+    if len(near) < 20:
+        return at
+    along = (shapely.line_locate_point(border, shapely.points(near)) - at + border.length / 2) % border.length - border.length / 2
+    end = float(np.quantile(along, 0.99 if np.median(along) < 0 else 0.01))
+    return float((at + end) % border.length)
+
+
+def _chords(border: shapely.LinearRing, a: float, b: float, corners: Floats) -> list[tuple[float, float]]:
+    """Pairs of places about two breaks: corners near them, the breaks themselves, and the foot of one on the side of the other."""
+    chords = []
+    for p in _near_corners(a, corners):
+        for q in _near_corners(b, corners):
+            chords += [(p, q), (p, _foot(border, p, q)), (_foot(border, q, p), q)]
+    return chords
+
+
 def _near_corners(at: float, corners: Floats) -> list[float]:
-    """Corners about a place along the border, else the place itself."""
+    """Corners about a place along the border, and the place itself."""
     near = [float(corner) for corner in corners if abs(corner - at) < 1.5 * WINDOW]
     return [*near, at]
+
+
+def _foot(border: shapely.LinearRing, p: float, q: float) -> float:
+    """Place next to `q` on its side of the border from which it is square to `p`; `q` where that is not near."""
+    start, end = (np.asarray(border.interpolate((q + step) % border.length).coords[0]) for step in (-0.05, 0.05))
+    d = (end - start) / max(np.hypot(*(end - start)), 1e-9)
+    step = float((np.asarray(border.interpolate(p).coords[0]) - (start + end) / 2) @ d)
+    return float((q + step) % border.length) if abs(step) < 0.5 * WINDOW else q
 
 
 def _cut(polygon: shapely.Polygon, p: float, q: float, least_area: float) -> tuple[float, shapely.Polygon, shapely.Polygon] | None:
@@ -168,15 +201,21 @@ def _square_to_border(border: shapely.LinearRing, at: float, d: Floats) -> bool:
 
 
 def _agree(parts: tuple[shapely.Polygon, ...], walls: Floats, level: float) -> bool:
-    """Whether the walls of one part all end on one side of the level, at much one height, and those of the other do not."""
-    shares, pure = [], []
-    for part in parts:
-        own = walls[shapely.dwithin(part.exterior, shapely.points(walls[:, :2]), 0.05)]
-        length = own[:, 3].sum()
-        if length < 2 * LEAST_RUN:
-            return False
-        high = own[own[:, 2] > level, 3].sum() / length
-        even = own[np.abs(own[:, 2] - np.median(own[:, 2])) < SAME_HEIGHT, 3].sum() / length
-        shares.append(high)
-        pure.append(even > 0.6 and (high < 0.2 or high > 0.8))
-    return any(pure) and max(shares) - min(shares) > 0.3
+    """Whether one part ends on one side of the level, the other does not, and both end at heights that others share."""
+    owns = [walls[shapely.dwithin(part.exterior, shapely.points(walls[:, :2]), 0.05)] for part in parts]
+    if min(own[:, 3].sum() for own in owns) < 2 * LEAST_RUN:
+        return False
+    shares = [own[own[:, 2] > level, 3].sum() / own[:, 3].sum() for own in owns]
+    if max(shares) - min(shares) < 0.3 or not any(share < 0.2 or share > 0.8 for share in shares):
+        return False
+    higher, lower = owns[int(np.argmax(shares))], owns[int(np.argmin(shares))]
+    return _even(higher[higher[:, 2] > level]) and _even(lower[lower[:, 2] <= level])
+
+
+def _even(walls: Floats) -> bool:
+    """Whether most walls end at a height that others share; walls that were seen badly end anywhere."""
+    alike = np.abs(walls[:, 2, None] - walls[None, :, 2]) < SAME_HEIGHT
+    company = (alike * walls[:, 3]).sum(axis=1)
+    length = walls[:, 3].sum()
+    accompanied = company >= max(2 * LEAST_RUN, LEAST_COMPANY * length)
+    return bool(walls[accompanied, 3].sum() > LEAST_SAME * length)
