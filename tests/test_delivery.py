@@ -136,3 +136,14 @@ def test_faults_are_told_by_rule(delivered: Path, tmp_path: Path, capsys: pytest
     assert head.split() == ["count", "rule", "first"]
     (row,) = [row for row in rows if "typed_occurrences_leave_the_predefined_type" in row]
     assert row.split()[:2] == ["error", "4"]
+
+
+def test_the_face_that_was_seen_looks_into_the_room(delivered: Path) -> None:
+    storey = read_json(delivered / "model.json").storeys[0]
+    middle = storey.rooms[0].outline.polygon.centroid
+    for wall in storey.walls:
+        (x0, y0), (x1, y1) = wall.axis
+        room_is_left = (x1 - x0) * (middle.y - y0) - (y1 - y0) * (middle.x - x0) > 0
+        assert wall.seen in ("both", "left" if room_is_left else "right")
+        assert (wall.seen == "both") == wall.thickness_measured
+    assert "outline unseen" in (delivered / "plan.svg").read_text()
