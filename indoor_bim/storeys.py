@@ -14,7 +14,8 @@ from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.walls import Walls, walls_from_faces
 
-SMALLEST_SHARE_SEEN = 0.3  # of a room's floor or ceiling: less, and it was only looked into
+LOOKED_INTO = 0.3  # share of a room's floor or ceiling that was seen: less, and it was only looked into
+ENTERED = 0.5  # the same, for what walls enclose without the method knowing it as a room
 SHORTEST_STEP = 0.05  # metres; shorter sides of steps in a closed outline are left to the joints
 USUAL_HEIGHT = 2.5  # metres, where neither ceiling nor wall tops were seen
 
@@ -62,9 +63,12 @@ def storey_from_plan(
     walls = merge_collinear(walls) if plan.rooms else _tidy(walls)
     walls, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
     outlines = footprints(walls, meetings)
-    rooms = known_rooms(plan.rooms, outlines) if plan.rooms else room_polygons(outlines)
+    rooms = known_rooms(plan.rooms, outlines)
+    known = len(rooms)
+    rooms += [room for room in room_polygons(outlines) if not any(room.intersection(other).area > 0.1 * room.area for other in rooms)]
     seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]
-    kept = [k for k in range(len(rooms)) if seen[k] >= SMALLEST_SHARE_SEEN]
+    least = [LOOKED_INTO if k < known or not known else ENTERED for k in range(len(rooms))]
+    kept = [k for k in range(len(rooms)) if seen[k] >= least[k]]
     warnings = list(plan.warnings)
     floor, ceiling = _levels(plan, walls, warnings)
     storey = build_storey(
