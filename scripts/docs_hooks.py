@@ -7,7 +7,7 @@ import io
 import os
 from typing import Any
 
-COMMANDS = ("reconstruct", "info", "export", "check", "compare", "demo", "simulate", "config")
+COMMANDS = ("reconstruct", "info", "houses", "export", "check", "compare", "demo", "simulate", "config")
 
 
 def on_page_markdown(markdown: str, **_: Any) -> str:

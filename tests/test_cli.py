@@ -20,7 +20,7 @@ from indoor_bim.params import Params
 from indoor_bim.simulate import single_room
 
 Captured = pytest.CaptureFixture[str]
-COMMANDS = ["reconstruct", "info", "compare", "export", "check", "demo", "simulate", "config"]
+COMMANDS = ["reconstruct", "info", "houses", "compare", "export", "check", "demo", "simulate", "config"]
 
 
 @pytest.fixture
