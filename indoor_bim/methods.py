@@ -80,11 +80,9 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     faces = draw_curtains(turn_back_to_back(faces, horizontal))
     plan = StoreyPlan(faces, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)
     with stages("walls") as keep:
-        storey, walls, warnings = storey_from_plan(
-            plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness, far_snap=1.5
-        )
-        keep(walls)
-    return Reconstruction(levelled.frame, (storey,), warnings=warnings)
+        made = storey_from_plan(plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness, far_snap=1.5)
+        keep(made)
+    return Reconstruction(levelled.frame, (made.storey,), warnings=made.warnings)
 
 
 def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
@@ -113,21 +111,21 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     warnings = list(levelled.warnings)
     storeys: list[Storey] = []
     with stages("walls") as keep:
-        tables = []
+        geometry = []
         for plan in plans:
-            storey, walls, doubts = storey_from_plan(
+            made = storey_from_plan(
                 plan,
                 number=len(storeys) + 1,
                 min_thickness=params.walls.min_thickness,
                 max_thickness=params.walls.max_thickness,
             )
-            if not storey.walls:
-                warnings.append(f"no walls were found on the level at {storey.elevation:.2f} m")
+            if not made.storey.walls:
+                warnings.append(f"no walls were found on the level at {made.storey.elevation:.2f} m")
                 continue
-            storeys.append(storey)
-            tables.append(walls)
-            warnings += doubts
-        keep(tables)
+            storeys.append(made.storey)
+            geometry.append(made)
+            warnings += made.warnings
+        keep(geometry)
     with stages("openings") as keep:
         path, time, chosen = levelled.trajectory, cloud.gps_time, params.openings.model_dump()
         storeys = [find_openings(storey, levelled.points, trajectory=path, gps_time=time, **chosen) for storey in storeys]

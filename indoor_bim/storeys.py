@@ -2,22 +2,49 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
+from typing import TYPE_CHECKING
 
 from indoor_bim.assemble import build_storey
 from indoor_bim.model import Evidence, Storey
 from indoor_bim.plan.collinear import merge_collinear
-from indoor_bim.plan.graph import join_walls, without_stubs
+from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside
 from indoor_bim.plan.joints import footprints
 from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.walls import Walls, walls_from_faces
 
+if TYPE_CHECKING:
+    import networkx as nx
+
 LOOKED_INTO = 0.3  # share of a room's floor or ceiling that was seen: less, and it was only looked into
 ENTERED = 0.5  # the same, for what walls enclose without the method knowing it as a room
 SHORTEST_STEP = 0.05  # metres; shorter sides of steps in a closed outline are left to the joints
 USUAL_HEIGHT = 2.5  # metres, where neither ceiling nor wall tops were seen
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StoreyGeometry:
+    """A storey and the geometry that it was made from.
+
+    Parameters
+    ----------
+    storey : Storey
+        The storey of the model.
+    walls : Walls
+        Its joined walls as a table.
+    graph : networkx.Graph
+        Its corners and the stretches of wall between them (`wall_graph`).
+    warnings : tuple of str
+        What had to be assumed.
+    """
+
+    storey: Storey
+    walls: Walls
+    graph: nx.Graph
+    warnings: tuple[str, ...]
 
 
 def storey_from_plan(
@@ -28,7 +55,7 @@ def storey_from_plan(
     max_thickness: float = 0.60,
     snap: float = 0.30,
     far_snap: float = 0.0,
-) -> tuple[Storey, Walls, tuple[str, ...]]:
+) -> StoreyGeometry:
     """Make walls of faces, join them, find the rooms between them and put all of it into the model.
 
     Parameters
@@ -46,12 +73,8 @@ def storey_from_plan(
 
     Returns
     -------
-    storey : Storey
-        The storey of the model.
-    walls : Walls
-        Its walls as a table.
-    warnings : tuple of str
-        What had to be assumed.
+    StoreyGeometry
+        The storey of the model, and the table of walls and the graph of corners that it was made from.
     """
     pair = partial(walls_from_faces, plan.faces, min_thickness=min_thickness, max_thickness=max_thickness)
     if plan.rooms:
@@ -82,7 +105,7 @@ def storey_from_plan(
         room_evidence=[Evidence(coverage=round(seen[k], 3), sides=1) for k in kept],
         columns=plan.columns,
     )
-    return storey, walls, tuple(warnings)
+    return StoreyGeometry(storey, walls, wall_graph(walls, meetings), tuple(warnings))
 
 
 def _tidy(walls: Walls) -> Walls:
