@@ -33,7 +33,9 @@ Share = Annotated[float, Field(ge=0, le=1, description="Share between 0 and 1.")
 
 Guid = Annotated[
     str | None,
-    Field(pattern=r"^[0-3][0-9A-Za-z_$]{21}$", description="GlobalId of the element in IFC; null: made of the scan's name and the identifier."),
+    Field(
+        pattern=r"^[0-3][0-9A-Za-z_$]{21}$", description="GlobalId of the element in IFC; null: made of the scan's name and the identifier."
+    ),
 ]
 
 ONLY_KNOWN_FIELDS = ConfigDict(extra="forbid")
