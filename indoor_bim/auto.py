@@ -14,9 +14,10 @@ from indoor_bim.cloud.cloud import LevelledCloud, StoreyLevels
 from indoor_bim.cloud.levels import thin
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan import face_lines as fl
+from indoor_bim.plan.built_in import without_built_ins
 from indoor_bim.plan.cells import Cells, cell_image, close_corners, cut_into_cells, label_cells
 from indoor_bim.plan.raster import Raster
-from indoor_bim.plan.room_outlines import RoomOutline, room_outlines
+from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outlines
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
 
@@ -87,7 +88,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     floor_density = ev.local_density(floor_image, ~column & covered, cell=PIXEL)
     firm = ev.free_borders(Raster(np.maximum(seen.image, floor_image), low, PIXEL), lines)
     weak = ev.free_borders(seen, lines) if overhead is not None else firm
-    edge_p, edge_q = np.vstack([firm[0], weak[0]]), np.vstack([firm[1], weak[1]])
+    cut_p, cut_q = fl.end_cuts(lines)
+    edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p]), np.vstack([firm[1], weak[1], cut_q])
     start, end = fl.prolong(lines)
     p, q = replace(lines, start=start, end=end).ends()
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
@@ -96,14 +98,39 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     wall = close_corners(cells, _edge_evidence(cells, lines, sweeps))
     faces = wall.copy()
     border = cells.edge_line - len(lines)
-    wall[(border >= 0) & (border < len(edge_p))] = 0.4
+    wall[(border >= 0) & (border < len(firm[0]) + len(weak[0]))] = 0.4
     wall[(border >= 0) & (border < len(firm[0]))] = 0.7
     room = label_cells(cells, inside=inside, wall=wall)
     outlines = tuple(room_outlines(cells, room, faces, spanned=spanned, min_closed=0.4 if overhead is not None else 0.25))
+    outlines = _behind_built_ins(outlines, folded_lines(lines))
     free = Raster((density > 0.02) | (floor_density > 0.02), low, PIXEL)
     loose = _loose_faces(lines, sweeps, outlines, free)
     plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=storey.ceiling, seen=free)
     return AutoStages(lines, cells, room, wall, inside, seen, outlines, plan)
+
+
+def folded_lines(lines: fl.FaceLines, *, times: float = 1.4) -> NDArray[np.bool_]:
+    """Lines whose points scatter across by more than those of the usual wall: curtains."""
+    length = lines.end - lines.start
+    order = np.argsort(lines.spread, kind="stable")
+    half = np.searchsorted(np.cumsum(length[order]), length.sum() / 2)
+    usual = lines.spread[order[min(half, len(order) - 1)]] if len(order) else 0.0
+    folded: NDArray[np.bool_] = lines.spread > times * max(usual, 0.5 * fl.ACROSS)
+    return folded
+
+
+def _behind_built_ins(outlines: tuple[RoomOutline, ...], folded: NDArray[np.bool_]) -> tuple[RoomOutline, ...]:
+    """Outlines that run along the walls behind built-in furniture and curtains."""
+    polygons = [outline.polygon for outline in outlines]
+    rooms = []
+    for k, outline in enumerate(outlines):
+        others = shapely.union_all([polygon for j, polygon in enumerate(polygons) if j != k])
+        soft = [line < len(folded) and bool(folded[line]) for line in outline.exterior.lines]
+        corners = without_built_ins(outline.exterior.corners, folded=soft, others=others)
+        if len(corners) != len(outline.exterior.corners):
+            outline = RoomOutline(OutlineRing(corners, (-1,) * len(corners)), outline.holes)
+        rooms.append(outline)
+    return tuple(rooms)
 
 
 def _cover(storey: StoreyLevels, floor: float) -> float:
