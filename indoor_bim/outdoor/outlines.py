@@ -25,8 +25,9 @@ CLOSING_REACH = 20.0
 SAME_ANGLE = np.radians(2.5)
 SAME_OFFSET = 0.10
 SEEN_THROUGH = 1.0
+SHORT = 0.2
 WALL_COST, SQUARE_COST, OBLIQUE_COST = 0.5, 1.0, 1.7
-UNSURE_COST, SEEN_COST = 0.25, 0.02
+UNSURE_COST, SEEN_COST = 0.1, 0.02
 GROUND_WEIGHT, OVERHEAD_WEIGHT, UNKNOWN_WEIGHT, BEHIND_WALL_WEIGHT = 1.5, 0.2, 0.01, 2.0
 UNIT = 1000
 LEAST_GROUND_SHARE = 0.15
@@ -72,8 +73,9 @@ class _Line:
     cost: float = WALL_COST
 
     def hidden(self, low: float, high: float) -> float:
-        """Length between two places along the line where no wall was seen."""
-        seen = np.clip(np.minimum(self.stretches[:, 1], high) - np.maximum(self.stretches[:, 0], low), 0.0, None).sum()
+        """Length between two places along the line where no wall was seen; faces end a little short of their corners."""
+        faces = self.stretches[self.stretches[:, 1] > self.stretches[:, 0]]
+        seen = np.clip(np.minimum(faces[:, 1] + SHORT, high) - np.maximum(faces[:, 0] - SHORT, low), 0.0, None).sum()
         return max(0.0, high - low - float(seen))
 
     def free_side(self, low: float, high: float) -> float:
