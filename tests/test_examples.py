@@ -12,6 +12,7 @@ from nbclient import NotebookClient
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 SCRIPTS = sorted(EXAMPLES.glob("*.py"))
+NOTEBOOKS = sorted(EXAMPLES.glob("*.ipynb"))
 
 
 @pytest.mark.parametrize("script", SCRIPTS, ids=lambda path: path.stem)
@@ -24,8 +25,9 @@ def test_script(script: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.filterwarnings("ignore::DeprecationWarning", "ignore::pytest.PytestUnraisableExceptionWarning")  # of Jupyter itself
-def test_notebook(tmp_path: Path) -> None:
-    notebook = nbformat.read(EXAMPLES / "slope_by_hand.ipynb", as_version=4)
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.stem)
+def test_notebook(path: Path, tmp_path: Path) -> None:
+    notebook = nbformat.read(path, as_version=4)
     assert not any(cell.get("outputs") for cell in notebook.cells)
     done = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
     pictures = [output for cell in done.cells for output in cell.get("outputs", []) if "image/png" in output.get("data", {})]
@@ -33,4 +35,5 @@ def test_notebook(tmp_path: Path) -> None:
 
 
 def test_there_are_examples() -> None:
-    assert len(SCRIPTS) >= 4
+    assert len(SCRIPTS) >= 6
+    assert len(NOTEBOOKS) == 2
