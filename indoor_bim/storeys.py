@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 
 from indoor_bim.assemble import build_storey
 from indoor_bim.model import Evidence, Storey
+from indoor_bim.plan.alignment import align_faces
 from indoor_bim.plan.collinear import merge_collinear
 from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside
-from indoor_bim.plan.joints import footprints
+from indoor_bim.plan.joints import footprints, swallowed
 from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
+from indoor_bim.plan.shared_thickness import share_thickness
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.walls import Walls, walls_from_faces
 
@@ -76,16 +78,20 @@ def storey_from_plan(
     StoreyGeometry
         The storey of the model, and the table of walls and the graph of corners that it was made from.
     """
-    pair = partial(walls_from_faces, plan.faces, min_thickness=min_thickness, max_thickness=max_thickness)
+    faces = align_faces(plan.faces)
+    pair = partial(walls_from_faces, faces, min_thickness=min_thickness, max_thickness=max_thickness)
     if plan.rooms:
         hull = building_hull(plan.rooms)
-        walls = pair(outer=looks_outside(plan.faces, hull), shortest_single=SHORTEST_STEP)
+        walls = pair(outer=looks_outside(faces, hull), shortest_single=SHORTEST_STEP)
     else:
         enclosed = room_polygons(footprints(*join_walls(_tidy(pair()), snap=snap, far_snap=far_snap)))
-        walls = pair(outer=looks_outside(plan.faces, building_hull(enclosed)))
-    walls = merge_collinear(walls) if plan.rooms else _tidy(walls)
+        walls = pair(outer=looks_outside(faces, building_hull(enclosed)))
+    walls = share_thickness(merge_collinear(walls) if plan.rooms else _tidy(walls))
     walls, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
     outlines = footprints(walls, meetings)
+    if (needless := swallowed(outlines)).any():
+        walls, meetings = join_walls(walls.take(~needless), snap=snap, far_snap=far_snap)
+        outlines = footprints(walls, meetings)
     rooms = known_rooms(plan.rooms, outlines)
     known = len(rooms)
     rooms += [room for room in room_polygons(outlines) if not any(room.intersection(other).area > 0.1 * room.area for other in rooms)]

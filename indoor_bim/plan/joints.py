@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 
 LONGEST_MITRE = 3.0  # a mitre reaches no farther than this times the thicker wall's thickness
 SLIVER = 1e-6  # square metres
+LEAST_OVERLAP = 1e-7  # square metres: below a cubic centimetre in any storey
 GRID = 1e-6  # metres; corners that two walls share are equal to the last digit
 DECIMALS = 6
 
@@ -53,6 +54,36 @@ def footprints(walls: Walls, meetings: tuple[Meeting, ...]) -> list[shapely.Poly
         ring = shapely.Polygon(np.round([*start, *end], DECIMALS))
         out.append(ring if ring.is_valid and ring.area > SLIVER else _rectangle(walls, k))
     return _without_overlaps(walls, out)
+
+
+def swallowed(polygons: list[shapely.Polygon]) -> NDArray[np.bool_]:
+    """Tell which outlines lie in a larger one for more than half of their area.
+
+    Parameters
+    ----------
+    polygons : list of shapely.Polygon
+        Outlines of walls.
+
+    Returns
+    -------
+    (n,) bool
+        Walls that the wall around them makes needless.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> swallowed([shapely.box(0, 0, 4, 0.3), shapely.box(1, 0.1, 2, 0.2), shapely.box(4, 0, 5, 0.3)]).tolist()
+    [False, True, False]
+    """
+    import shapely
+
+    tree = shapely.STRtree(polygons)
+    out = np.zeros(len(polygons), dtype=bool)
+    for k, j in tree.query(polygons, predicate="intersects").T.tolist():
+        smaller = (polygons[k].area, k) < (polygons[j].area, j)
+        if k != j and smaller and polygons[k].intersection(polygons[j]).area > 0.5 * polygons[k].area:
+            out[k] = True
+    return out
 
 
 def _rectangle(walls: Walls, k: int) -> shapely.Polygon:
@@ -114,7 +145,7 @@ def _without_overlaps(walls: Walls, polygons: list[shapely.Polygon]) -> list[sha
     for k in rank:
         mine = out[k]
         for j in sorted(tree.query(polygons[k], predicate="intersects")):
-            if place[j] < place[k] and shapely.intersection(mine, out[j], grid_size=GRID).area > SLIVER:
+            if place[j] < place[k] and shapely.intersection(mine, out[j], grid_size=GRID).area > LEAST_OVERLAP:
                 mine = max(_parts(shapely.difference(mine, out[j], grid_size=GRID)), key=lambda part: part.area, default=mine)
         out[k] = shapely.Polygon(mine.exterior)
     return out
