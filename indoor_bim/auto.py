@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import LevelledCloud, StoreyLevels
 from indoor_bim.cloud.levels import thin
+from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan import face_lines as fl
 from indoor_bim.plan.built_in import without_built_ins
@@ -54,6 +55,11 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         Storey, from 0.
     sensor : (n, 3) float64, optional
         Scanner position at each point in model coordinates, metres.
+
+    Raises
+    ------
+    NothingToReconstructError
+        If the storey has no points between floor and ceiling.
     """
     storey = levelled.storeys[number]
     above = [s.floor for s in levelled.storeys[number + 1 :] if s.floor is not None]
@@ -68,6 +74,10 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     sensor = None if sensor is None else sensor[near]
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor)
+    if not len(wall_points):
+        raise NothingToReconstructError(
+            f"found {len(levelled.points)} points and none between floor and ceiling; expected walls: scan them too, at their full height"
+        )
     band = fl.BELOW_CEILING if overhead is not None else fl.WHOLE_COLUMN
     sweeps = [fl.sweep(wall_points, angle, band=band) for angle in (0.0, np.pi / 2)]
     lines = fl.join_lines([fl.face_lines(swept, family=k) for k, swept in enumerate(sweeps)])
@@ -83,9 +93,12 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     floor_seen = ev.hit_raster(points[floor_hits, :2], low=low, high=high, cell=PIXEL)
     floor_image = floor_seen.image.astype(np.float32)
     floor_image[column] = 0
-    covered = ev.covered(levelled.points, above=_cover(storey, floor), low=low, high=high, cell=PIXEL)
+    covered = ev.covered(levelled.points, above=_cover(storey, floor), low=low, high=high, cell=PIXEL, open_top=overhead is None)
     floor_image[~covered] = 0
     floor_density = ev.local_density(floor_image, ~column & covered, cell=PIXEL)
+    if sensor is None:
+        horizontal = Raster((seen.image > 0) | (floor_image > 0), low, PIXEL)
+        lines = lines.take(_looks_into_free_space(lines, horizontal))
     firm = ev.free_borders(Raster(np.maximum(seen.image, floor_image), low, PIXEL), lines)
     weak = ev.free_borders(seen, lines) if overhead is not None else firm
     cut_p, cut_q = fl.end_cuts(lines)
@@ -107,6 +120,18 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     loose = _loose_faces(lines, sweeps, outlines, free)
     plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=storey.ceiling, seen=free)
     return AutoStages(lines, cells, room, wall, inside, seen, outlines, plan)
+
+
+def _looks_into_free_space(lines: fl.FaceLines, horizontal: Raster) -> NDArray[np.bool_]:
+    """Lines with at least as much floor and ceiling close to their left as to their right."""
+    keep = np.ones(len(lines), dtype=bool)
+    away = np.arange(0.05, 0.13, PIXEL)
+    for k in range(len(lines)):
+        t = np.arange(float(lines.start[k]), float(lines.end[k]), PIXEL)
+        foot = t[:, None] * lines.direction[k] + lines.offset[k] * lines.normal[k]
+        left, right = (sum(int((horizontal.sample(foot + side * d * lines.normal[k]) > 0).sum()) for d in away) for side in (1, -1))
+        keep[k] = left >= right
+    return keep
 
 
 def folded_lines(lines: fl.FaceLines, *, times: float = 1.4) -> NDArray[np.bool_]:
@@ -253,11 +278,30 @@ def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> 
         Levelled scan.
     gps_time : (n,) float64, optional
         Time of each point, seconds; with the trajectory it tells the sides that walls were seen from.
+
+    Returns
+    -------
+    tuple of StoreyPlan
+        Plans of the storeys that have points between floor and ceiling.
+
+    Raises
+    ------
+    NothingToReconstructError
+        If no storey has.
     """
     sensor = None
     if gps_time is not None and levelled.trajectory is not None and np.isfinite(levelled.trajectory[:, 0]).all():
         sensor = sensor_positions(gps_time, levelled.trajectory)
-    return tuple(auto_storey(levelled, number, sensor).plan for number in range(len(levelled.storeys)))
+    plans, complaints = [], []
+    for number in range(len(levelled.storeys)):
+        try:
+            plans.append(auto_storey(levelled, number, sensor).plan)
+        except NothingToReconstructError as error:
+            logger.warning("storey %d: %s", number + 1, error)
+            complaints.append(error)
+    if not plans:
+        raise complaints[0]
+    return tuple(plans)
 
 
 def sensor_positions(gps_time: Floats, trajectory: Floats) -> Floats:

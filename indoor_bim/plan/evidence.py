@@ -301,7 +301,17 @@ def overhead_hits(
     return Raster(seen, low, cell), local_density(seen, ~column, cell=cell, reach=reach), column
 
 
-def covered(points: Floats, *, above: float, low: Floats, high: Floats, cell: float, coarse: float = 0.20, reach: float = 0.6) -> Bools:
+def covered(
+    points: Floats,
+    *,
+    above: float,
+    low: Floats,
+    high: Floats,
+    cell: float,
+    open_top: bool = False,
+    coarse: float = 0.20,
+    reach: float = 0.6,
+) -> Bools:
     """Pixels that have something overhead, at whatever height: indoors, even where the ceiling is missing.
 
     Parameters
@@ -314,6 +324,8 @@ def covered(points: Floats, *, above: float, low: Floats, high: Floats, cell: fl
         Corners of the raster, metres.
     cell : float
         Side of a pixel, metres.
+    open_top : bool
+        No ceiling was seen: what tall walls surround counts as well.
     coarse : float
         Side of the cells that are looked at, metres.
     reach : float
@@ -326,7 +338,10 @@ def covered(points: Floats, *, above: float, low: Floats, high: Floats, cell: fl
     shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
     rows = np.minimum((np.arange(shape[0]) * cell / coarse).astype(np.int64), share.shape[0] - 1)
     columns = np.minimum((np.arange(shape[1]) * cell / coarse).astype(np.int64), share.shape[1] - 1)
-    indoors: Bools = (share > 0.25)[rows[:, None], columns[None]]
+    under = share > 0.25
+    if open_top:
+        under |= ndimage.binary_fill_holes(ndimage.binary_closing(np.pad(hits.image, 3), np.ones((3, 3)), iterations=2))[3:-3, 3:-3]
+    indoors: Bools = under[rows[:, None], columns[None]]
     return indoors
 
 
