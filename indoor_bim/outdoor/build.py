@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from indoor_bim.model import Evidence, Point2, Ring
 from indoor_bim.outdoor.edges import FittedEdge, near_segment
 from indoor_bim.outdoor.footprint import WallPoints
-from indoor_bim.outdoor.heights import base_height, count_storeys, eave_height, wall_top
+from indoor_bim.outdoor.heights import base_height, common_top, count_storeys, eave_height, wall_top
 from indoor_bim.outdoor.model import Facade, House, shoelace
 from indoor_bim.outdoor.terrain import Terrain
 from indoor_bim.outdoor.topology import whole_storeys
@@ -16,6 +16,8 @@ from indoor_bim.outdoor.topology import whole_storeys
 Floats = NDArray[np.float64]
 
 LEAST_HEIGHT = 1.8
+AGREEING, LEAST_AGREEING = 0.15, 0.6
+OTHER_HOUSE = 1.0
 BESIDE = 0.3
 
 
@@ -44,8 +46,7 @@ def make_houses(footprints: list[list[FittedEdge]], walls: WallPoints, terrain: 
         near = walls.about(corners)
         base = base_height(terrain, corners)
         tops = [wall_top(edge, near, foot=base) if edge.fitted else None for edge in edges]
-        known = [(top, edge.length * edge.coverage) for top, edge in zip(tops, edges, strict=True) if top is not None]
-        eave = eave_height(np.array([top for top, _ in known]), np.array([length for _, length in known]))
+        eave = _eave(edges, tops, near, base)
         if eave is None or eave - base < LEAST_HEIGHT:
             continue
         facades = tuple(_facade(edge, top) for edge, top in zip(edges, tops, strict=True))
@@ -86,6 +87,24 @@ def make_published_houses(rings: list[Floats], walls: Floats, *, storey_height: 
             storeys = whole_storeys(float(z.max()), float(z.min()), storey_height=storey_height)
             houses.append(_house(ring, float(z.min()), float(z.max()), storeys, tuple(facades)))
     return _numbered(houses)
+
+
+def _eave(edges: list[FittedEdge], tops: list[float | None], points: Floats, base: float) -> float | None:
+    """Eave that most walls have; where they do not agree, because few points reach so high, that of all walls together.
+
+    Party walls end where the other house does: a common end far from that of most walls is none.
+    """
+    known = [(top, edge.length) for top, edge in zip(tops, edges, strict=True) if top is not None]
+    levels, lengths = (np.array(column) for column in zip(*known, strict=True)) if known else (np.zeros(0), np.zeros(0))
+    eave = eave_height(levels, lengths)
+    if eave is not None and lengths[np.abs(levels - eave) < AGREEING].sum() >= LEAST_AGREEING * sum(
+        edge.length for edge in edges if edge.fitted
+    ):
+        return eave
+    together = common_top([edge for edge in edges if edge.fitted], points, foot=base)
+    if together is None or (eave is not None and abs(together - eave) > OTHER_HOUSE):
+        return eave
+    return together
 
 
 def _facade(edge: FittedEdge, top: float | None) -> Facade:

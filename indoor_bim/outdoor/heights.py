@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import floor
+from collections.abc import Sequence
+from math import ceil, floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,12 +38,17 @@ def base_height(terrain: Terrain, corners: Floats) -> float:
 
 
 def wall_top(edge: FittedEdge, points: Floats, *, foot: float, band: float = 0.08) -> float | None:
-    """Height at which the points of a wall end.
+    """Height at which the points of one wall end; see `common_top`."""
+    return common_top([edge], points, foot=foot, band=band)
+
+
+def common_top(edges: Sequence[FittedEdge], points: Floats, *, foot: float, band: float = 0.08) -> float | None:
+    """Height at which the points of walls end, all taken together.
 
     Parameters
     ----------
-    edge : FittedEdge
-        Side of a house.
+    edges : sequence of FittedEdge
+        Sides of a house.
     points : (n, 3) float64
         Points of buildings about it, metres.
     foot : float
@@ -56,8 +62,13 @@ def wall_top(edge: FittedEdge, points: Floats, *, foot: float, band: float = 0.0
         Where the number of points for each height falls to less than half for good; None with too few points. A roof above
         gives points, too, but few heights of it lie in the plane of the wall.
     """
-    along, _, rows = near_segment(points[:, :2], edge.start, edge.end, band=band, margin=min(0.15, 0.1 * edge.length))
-    z = points[rows, 2] - foot
+    places, levels, reached = [], [], 0.0
+    for edge in edges:
+        along, _, rows = near_segment(points[:, :2], edge.start, edge.end, band=band, margin=min(0.15, 0.1 * edge.length))
+        places.append(along + reached)
+        levels.append(points[rows, 2] - foot)
+        reached += ceil(edge.length / CHUNK) * CHUNK
+    along, z = (np.concatenate(parts) if parts else np.zeros(0) for parts in (places, levels))
     keep = (z > 0.3) & (z < TALLEST)
     along, z = along[keep], z[keep]
     if len(z) < LEAST_POINTS:
@@ -65,15 +76,15 @@ def wall_top(edge: FittedEdge, points: Floats, *, foot: float, band: float = 0.0
     filled = _filled(along, z, step=STEP)
     total = np.concatenate([[0.0], np.cumsum(filled)])
     below, above, resumed = 5, 4, 10
-    places = np.arange(round(LOWEST_EAVE / STEP), len(filled) - resumed)
-    reference = (total[places] - total[places - below]) / below
-    ahead = (total[places + above] - total[places]) / above
-    later = (total[places + resumed] - total[places]) / resumed
+    steps = np.arange(round(LOWEST_EAVE / STEP), len(filled) - resumed)
+    reference = (total[steps] - total[steps - below]) / below
+    ahead = (total[steps + above] - total[steps]) / above
+    later = (total[steps + resumed] - total[steps]) / resumed
     after = np.maximum.accumulate(later[::-1])[::-1]
     ends = (ahead < 0.4 * reference) & (after < 0.5 * reference) & (reference * below >= 3)
     if not ends.any():
         return None
-    return foot + _edge_of(along, z, places[ends.argmax()] * STEP)
+    return foot + _edge_of(along, z, steps[ends.argmax()] * STEP)
 
 
 def _filled(along: Floats, z: Floats, *, step: float) -> Floats:
