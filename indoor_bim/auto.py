@@ -16,7 +16,7 @@ from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan import face_lines as fl
 from indoor_bim.plan.built_in import without_built_ins
-from indoor_bim.plan.cells import Cells, cell_image, close_corners, cut_into_cells, label_cells
+from indoor_bim.plan.cells import Cells, cell_image, close_corners, cut_into_cells, hidden_wall, label_cells
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outlines
 from indoor_bim.plan.segments import Segments
@@ -107,12 +107,14 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     p, q = replace(lines, start=start, end=end).ends()
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
     cells = cut_into_cells(np.vstack([p, edge_p, frame]), np.vstack([q, edge_q, np.roll(frame, -1, axis=0)]))
-    inside, spanned = _inside(cells, seen.image, density, floor_image, floor_density, seen)
+    inside, spanned, hit = _inside(cells, seen.image, density, floor_image, floor_density, seen)
     wall = close_corners(cells, _edge_evidence(cells, lines, sweeps))
     faces = wall.copy()
     border = cells.edge_line - len(lines)
     wall[(border >= 0) & (border < len(firm[0]) + len(weak[0]))] = 0.4
     wall[(border >= 0) & (border < len(firm[0]))] = 0.7
+    hidden = hidden_wall(cells, faces, lines.direction, empty=hit < 0.1)
+    wall[hidden] = np.maximum(wall[hidden], 0.6)
     room = label_cells(cells, inside=inside, wall=wall)
     outlines = tuple(room_outlines(cells, room, faces, spanned=spanned, min_closed=0.4 if overhead is not None else 0.25))
     outlines = _behind_built_ins(outlines, folded_lines(lines))
@@ -178,7 +180,7 @@ def _extent(overhead: Raster | None, sample: Floats, floor: float, top: float, *
 
 def _inside(
     cells: Cells, seen: Images, density: Images, floor_seen: Images, floor_density: Images, template: Raster
-) -> tuple[Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, NDArray[np.bool_], Floats]:
     """Evidence in square metres that each cell is free space: overhead surface, and floor where there is nothing overhead."""
     image = cell_image(cells.polygons, template)
     within = image >= 0
@@ -199,7 +201,8 @@ def _inside(
     for_room = np.clip(share / 0.3 - 1, -1, 1)
     firm = np.where(for_room < 0, total(sure * (1 - floor_density / (floor_density + 0.02))), total(sure))
     evidence = firm * for_room + total(floor_sure) * np.clip(floor_share / 0.4 - 1, -0.3, 1)
-    return evidence * PIXEL**2 - 0.1 * area, (share > 0.3) & (total(sure) * PIXEL**2 > 0.3 * area)
+    hit = total(((seen > 0) | (floor_seen > 0)).astype(np.float32)) / np.maximum(np.bincount(label, minlength=count), 1)
+    return evidence * PIXEL**2 - 0.1 * area, (share > 0.3) & (total(sure) * PIXEL**2 > 0.3 * area), hit
 
 
 def _edge_evidence(cells: Cells, lines: fl.FaceLines, sweeps: list[fl.Sweep]) -> Floats:

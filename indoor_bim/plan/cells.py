@@ -49,7 +49,7 @@ def cut_into_cells(p: Floats, q: Floats) -> Cells:
     """
     segments = shapely.linestrings(np.stack([p, q], axis=1))
     noded = shapely.union_all(segments, grid_size=1e-6)
-    polygons = np.array(shapely.get_parts(shapely.polygonize([noded])))
+    polygons = shapely.get_parts(shapely.polygonize([noded]))
     rings, owners = [], []
     for number, polygon in enumerate(shapely.orient_polygons(polygons)):
         for ring in (polygon.exterior, *polygon.interiors):
@@ -129,6 +129,60 @@ def close_corners(cells: Cells, wall: Floats, *, gap: float = 0.40, seen: float 
             if run and not strong[run[-1]] and length[run].sum() <= gap and meets.get(corner, set()) - {line}:
                 closed[run] = np.maximum(closed[run], wall[k])
     return closed
+
+
+def hidden_wall(
+    cells: Cells,
+    wall: Floats,
+    direction: Floats,
+    *,
+    empty: Bools,
+    seen: float = 0.5,
+    least: float = 1.0,
+    gap: float = 2.0,
+    thickest: float = 0.6,
+) -> Bools:
+    """Edges where both faces of a wall are hidden, as behind cupboards on either side: the wall goes on between its lines.
+
+    Parameters
+    ----------
+    cells : Cells
+        Arrangement.
+    wall : (e,) float64
+        Share of each edge where the face of its line was seen.
+    direction : (m, 2) float64
+        Unit vectors along the lines of faces; edges of other lines never count.
+    empty : (k,) bool
+        Cells in which neither floor nor ceiling was seen.
+    seen : float
+        Share from which an edge counts as wall.
+    least : float
+        Length of the face that was seen at least, metres.
+    gap : float
+        Farthest end of the hidden part from what was seen of the face, metres.
+    thickest : float
+        Thickest wall, metres.
+    """
+    lines = len(direction)
+    length = np.hypot(*(cells.edge_end - cells.edge_start).T)
+    thickness = np.array([2 * polygon.area / polygon.length for polygon in cells.polygons])
+    right = np.maximum(cells.right, 0)
+    behind = (cells.edge_line < lines) & (cells.right >= 0) & (wall < seen) & empty[right] & (thickness[right] < thickest)
+    candidate = np.zeros(len(wall), dtype=bool)
+    for line in np.unique(cells.edge_line[behind]):
+        rows = np.flatnonzero(cells.edge_line == line)
+        start, end = cells.edge_start[rows] @ direction[line], cells.edge_end[rows] @ direction[line]
+        strong = wall[rows] >= seen
+        if (wall[rows] * length[rows])[strong].sum() < least:
+            continue
+        away = np.maximum(start[strong][None] - start[:, None], end[:, None] - end[strong][None]).clip(0)
+        candidate[rows] = behind[rows] & (away.min(axis=1) <= gap)
+    hidden = np.zeros(len(wall), dtype=bool)
+    for cell in np.unique(right[candidate]):
+        sides = np.flatnonzero(candidate & (right == cell))
+        facing = direction[cells.edge_line[sides]] @ direction[cells.edge_line[sides]].T
+        hidden[sides] = (facing < -0.99).any(axis=1)
+    return hidden
 
 
 def label_cells(cells: Cells, *, inside: Floats, wall: Floats, border: float = 0.25, solid: float = 0.30) -> Bools:
