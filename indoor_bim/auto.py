@@ -260,8 +260,11 @@ def _plan(
     """Plan of a storey: the sides of all rooms are its faces."""
     p: list[Any] = [a for a, _ in loose]
     q: list[Any] = [b for _, b in loose]
+    columns = []
     for outline in outlines:
-        for ring in (outline.exterior, *outline.holes):
+        standing = [hole for hole in outline.holes if is_column(hole)]
+        columns += [shapely.Polygon(hole.corners) for hole in standing]
+        for ring in (outline.exterior, *(hole for hole in outline.holes if hole not in standing)):
             p += list(ring.corners)
             q += list(ring.corners[1:] + ring.corners[:1])
     faces = fl.measure(Segments.from_ends(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2)), points)
@@ -269,7 +272,14 @@ def _plan(
         faces = faces.take(faces.coverage > 0.3)
     rooms = tuple(outline.polygon for outline in outlines)
     top = ceiling if ceiling is not None else floor + 2.5
-    return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, room_levels=tuple((floor, top) for _ in rooms))
+    levels = tuple((floor, top) for _ in rooms)
+    return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, room_levels=levels, columns=tuple(columns))
+
+
+def is_column(ring: OutlineRing, *, widest: float = 1.2) -> bool:
+    """Whether a ring that stands in a room is small enough for a column, metres; larger ones are walls around something."""
+    low, high = np.min(ring.corners, axis=0), np.max(ring.corners, axis=0)
+    return bool(np.hypot(*(high - low)) <= np.sqrt(2) * widest)
 
 
 def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> tuple[StoreyPlan, ...]:
