@@ -160,9 +160,12 @@ def _write_wall_pictures(building: Building, cloud: Cloud, folder: Path) -> None
 def _building(cloud: Cloud, found: Reconstruction, *, method: str, failure: NothingToReconstructError | None) -> Building:
     """Building model of what a method found."""
     warnings = [*cloud.warnings, *found.warnings, *([str(failure)] if failure else [])]
+    storeys = () if failure else found.storeys
+    if storeys and not any(storey.rooms for storey in storeys):
+        warnings.append("No walls close a room: the scan shows too little of every room, or a building from outside.")
     building = Building(
         name=Path(cloud.source).stem or "Building",
-        storeys=() if failure else found.storeys,
+        storeys=storeys,
         transform_cloud_to_model=found.frame.rows(),
         crs=cloud.crs,
         source=Path(cloud.source).name,

@@ -115,3 +115,11 @@ def test_pictures_of_walls_are_written_on_request(scan, tmp_path):
     names = {path.stem for path in (tmp_path / "walls").iterdir()}
     assert names == {wall.id for wall in result.building.storeys[0].walls}
     assert all(path.read_bytes().startswith(b"\x89PNG") for path in (tmp_path / "walls").iterdir())
+
+
+def test_walls_without_a_closed_room_are_delivered_with_a_warning():
+    points = rooms_cloud(box(0, 0, 12, 4), noise=0.003)
+    building = reconstruct(points[points[:, 0] < 6], method="slope").building
+    assert building.storeys[0].walls
+    assert not building.storeys[0].rooms
+    assert any("close a room" in warning for warning in building.warnings)

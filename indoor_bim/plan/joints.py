@@ -77,8 +77,10 @@ def swallowed(polygons: list[shapely.Polygon]) -> NDArray[np.bool_]:
     """
     import shapely
 
-    tree = shapely.STRtree(polygons)
     out = np.zeros(len(polygons), dtype=bool)
+    if not polygons:
+        return out
+    tree = shapely.STRtree(polygons)
     for k, j in tree.query(polygons, predicate="intersects").T.tolist():
         smaller = (polygons[k].area, k) < (polygons[j].area, j)
         if k != j and smaller and polygons[k].intersection(polygons[j]).area > 0.5 * polygons[k].area:
