@@ -131,6 +131,4 @@ def _replace(path: Path, write: Callable[[BinaryIO], None]) -> None:
         finally:
             beside.unlink(missing_ok=True)
     except OSError as error:
-        raise WriteError(
-            f"{path}: cannot be written ({error.strerror or error}); check the folder and the disk"
-        ) from error
+        raise WriteError(f"{path}: cannot be written ({error.strerror or error}); check the folder and the disk") from error
