@@ -9,6 +9,8 @@ import shapely
 from indoor_bim.auto import sensor_positions, storey_plans
 from indoor_bim.cloud.cloud import Cloud
 from indoor_bim.cloud.levels import level
+from indoor_bim.errors import NothingToReconstructError
+from indoor_bim.plan.cells import close_corners, cut_into_cells
 
 ROOMS = (((0.0, 0.0), (4.0, 3.0)), ((4.2, 0.0), (7.2, 3.0)))
 CEILING = 2.6
@@ -138,3 +140,35 @@ def test_stations_are_not_interpolated():
 def test_a_walk_is_interpolated():
     trajectory = np.column_stack([np.arange(11) * 0.1, np.arange(11) * 0.08, np.zeros(11), np.ones(11)])
     np.testing.assert_allclose(sensor_positions(np.array([0.05]), trajectory), [[0.04, 0, 1]])
+
+
+def test_stations_may_be_given_by_the_middle_of_their_time():
+    trajectory = np.array([[60.0, 0, 0, 1], [180.0, 5, 0, 1]])
+    assert sensor_positions(np.array([10.0, 110.0, 130.0, 230.0]), trajectory)[:, 0].tolist() == [0, 0, 5, 5]
+
+
+def test_a_scan_without_wall_points_is_said(scan):
+    points = scan[0]
+    flat = points[(points[:, 2] < 0.02) | (points[:, 2] > CEILING - 0.02)]
+    with pytest.raises(NothingToReconstructError, match="expected walls"):
+        storey_plans(level(Cloud(flat)))
+
+
+def test_walls_between_rooms_without_ceiling(scan):
+    points = scan[0]
+    (plan,) = storey_plans(level(Cloud(points[points[:, 2] < CEILING - 0.03])))
+    assert len(plan.rooms) == 2
+    assert plan.ceiling is None
+
+
+def test_hidden_end_of_a_face_is_closed_up_to_the_next_wall():
+    p = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [2.0, -0.5]])
+    q = np.array([[4.0, 0.0], [4.0, 3.0], [0.0, 3.0], [0.0, 0.0], [2.0, 3.5]])
+    cells = cut_into_cells(np.vstack([p, [[1.5, 2.7]]]), np.vstack([q, [[2.5, 2.7]]]))
+    middle = (cells.edge_start + cells.edge_end) / 2
+    seen = np.where((cells.edge_line == 4) & (middle[:, 1] > 2.7), 0.0, 0.9)
+    closed = close_corners(cells, seen)
+    end = (cells.edge_line == 4) & (middle[:, 1] > 2.7) & (middle[:, 1] < 3.0)
+    assert end.sum() == 1
+    assert closed[end].tolist() == [0.9]
+    assert close_corners(cells, seen, gap=0.1)[end].tolist() == [0.0]
