@@ -15,6 +15,9 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
 
+TOUCHING = 1e-3  # metres; edges on one line that are nearer follow one another
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Cells:
     """Planar cells and the edges between them.
@@ -159,7 +162,7 @@ def hidden_wall(
     least : float
         Length of the face that was seen at least, metres.
     gap : float
-        Farthest end of the hidden part from what was seen of the face, metres.
+        Farthest end of the hidden part from what was seen of the face on either side of it, metres.
     thickest : float
         Thickest wall, metres.
     """
@@ -175,8 +178,9 @@ def hidden_wall(
         strong = wall[rows] >= seen
         if (wall[rows] * length[rows])[strong].sum() < least:
             continue
-        away = np.maximum(start[strong][None] - start[:, None], end[:, None] - end[strong][None]).clip(0)
-        candidate[rows] = behind[rows] & (away.min(axis=1) <= gap)
+        before = np.where(end[strong][None] <= start[:, None] + TOUCHING, start[:, None] - end[strong][None], np.inf).min(axis=1)
+        after = np.where(start[strong][None] >= end[:, None] - TOUCHING, start[strong][None] - end[:, None], np.inf).min(axis=1)
+        candidate[rows] = behind[rows] & (np.maximum(before, after) <= gap)
     hidden = np.zeros(len(wall), dtype=bool)
     for cell in np.unique(right[candidate]):
         sides = np.flatnonzero(candidate & (right == cell))
