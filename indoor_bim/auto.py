@@ -68,6 +68,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     points = levelled.points
     sample = thin(points)
     overhead = ev.overhead_surface(sample, floor=floor, top=top) if storey.ceiling is not None else None
+    if overhead is None and not ((sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)).any():
+        raise NothingToReconstructError(_no_walls(len(levelled.points)))
     low, high = _extent(overhead, sample, floor, top)
     near = ((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1) & (points[:, 2] > floor - 0.1) & (points[:, 2] < top)
     points = points[near]
@@ -75,9 +77,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor)
     if not len(wall_points):
-        raise NothingToReconstructError(
-            f"found {len(levelled.points)} points and none between floor and ceiling; expected walls: scan them too, at their full height"
-        )
+        raise NothingToReconstructError(_no_walls(len(levelled.points)))
     band = fl.BELOW_CEILING if overhead is not None else fl.WHOLE_COLUMN
     sweeps = [fl.sweep(wall_points, angle, band=band) for angle in (0.0, np.pi / 2)]
     lines = fl.join_lines([fl.face_lines(swept, family=k) for k, swept in enumerate(sweeps)])
@@ -158,6 +158,10 @@ def _behind_built_ins(outlines: tuple[RoomOutline, ...], folded: NDArray[np.bool
             outline = RoomOutline(OutlineRing(corners, (-1,) * len(corners)), outline.holes)
         rooms.append(outline)
     return tuple(rooms)
+
+
+def _no_walls(points: int) -> str:
+    return f"found {points} points and none between floor and ceiling; expected walls: scan them too, at their full height"
 
 
 def _cover(storey: StoreyLevels, floor: float) -> float:
