@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -37,6 +37,8 @@ class Reconstruction:
     derived: dict[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
 
+
+SPARSE = 0.05  # metres between neighbouring points; auto reads walls in strips of a centimetre and needs more
 
 Method = Callable[["Cloud", Params, Stages], Reconstruction]
 
@@ -88,6 +90,8 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
 def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     """Rooms and faces by evidence below the ceiling, a cell complex and a minimum cut; the default.
 
+    Scans whose points are more than 5 cm apart are too sparse for it and go to `slope`, which is said in the warnings.
+
     Parameters
     ----------
     cloud : Cloud
@@ -99,9 +103,15 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     """
     from indoor_bim.auto import storey_plans
     from indoor_bim.cloud.levels import level
+    from indoor_bim.cloud.spacing import point_spacing
     from indoor_bim.openings import find_openings
     from indoor_bim.storeys import storey_from_plan
 
+    spacing = point_spacing(cloud.points)
+    if spacing > SPARSE:
+        published = slope(cloud, params, stages)
+        note = f"The points are {100 * spacing:.0f} cm apart, too sparse for the method auto: the method slope was used."
+        return replace(published, warnings=(note, *published.warnings))
     with stages("level") as keep:
         levelled = level(cloud)
         keep(levelled)

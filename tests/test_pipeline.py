@@ -123,3 +123,10 @@ def test_walls_without_a_closed_room_are_delivered_with_a_warning():
     assert building.storeys[0].walls
     assert not building.storeys[0].rooms
     assert any("close a room" in warning for warning in building.warnings)
+
+
+def test_a_scan_too_sparse_for_the_default_method_goes_to_the_published_one_and_says_so():
+    result = reconstruct(rooms_cloud(*ROOMS, spacing=0.08, noise=0.003))
+    assert "too sparse" in result.warnings[0]
+    assert "lines" in result.stages
+    assert room_areas(result.building) == pytest.approx(TRUE_AREAS, rel=0.05)
