@@ -108,14 +108,15 @@ def houses(
     from indoor_bim.outdoor.accuracy import measure, read_corners
     from indoor_bim.outdoor.attributes import join_attributes, read_attributes
     from indoor_bim.outdoor.footprint import WallPoints
-    from indoor_bim.outdoor.outputs import FILES, prepare, write_outputs
+    from indoor_bim.outdoor.outputs import FILES, write_outputs
     from indoor_bim.outdoor.scene import see_scene
     from indoor_bim.outdoor.terrain import ground_mesh, spot_heights
+    from indoor_bim.outputs import prepare_folder
 
     params = params or Params()
     chosen = params.houses
     wanted = tuple(FILES) if formats is None else tuple(formats)
-    folder = prepare(out, formats=wanted) if out is not None else None
+    folder = prepare_folder(out, formats=wanted, known=tuple(FILES)) if out is not None else None
     table = read_attributes(attributes) if attributes is not None else ()
     surveyed = read_corners(corners) if corners is not None else ()
     stages = Stages(progress)

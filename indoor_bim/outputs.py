@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -20,7 +20,7 @@ PLANS = ("svg", "dxf", "pdf", "png")
 FILES: Mapping[str, str] = MappingProxyType({kind: f"{'plan' if kind in PLANS else 'model'}{ending}" for kind, ending in KINDS.items()})
 
 
-def prepare_folder(folder: str | Path, *, formats: Sequence[str]) -> Path:
+def prepare_folder(folder: str | Path, *, formats: Sequence[str], known: Collection[str] = tuple(FILES)) -> Path:
     """Make the folder for the results, before anything is computed.
 
     Parameters
@@ -28,7 +28,9 @@ def prepare_folder(folder: str | Path, *, formats: Sequence[str]) -> Path:
     folder : path
         Folder to make or to use.
     formats : sequence of str
-        What will be written; keys of `FILES`.
+        What will be written.
+    known : collection of str
+        What there is.
 
     Raises
     ------
@@ -37,9 +39,9 @@ def prepare_folder(folder: str | Path, *, formats: Sequence[str]) -> Path:
     WriteError
         If the folder cannot be made.
     """
-    unknown = [name for name in formats if name not in FILES]
+    unknown = [name for name in formats if name not in known]
     if unknown:
-        raise ConfigError(f'formats: there is no "{unknown[0]}"; expected some of {", ".join(sorted(FILES))}')
+        raise ConfigError(f'formats: there is no "{unknown[0]}"; expected some of {", ".join(sorted(known))}')
     path = Path(folder)
     try:
         path.mkdir(parents=True, exist_ok=True)

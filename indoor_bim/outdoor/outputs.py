@@ -7,7 +7,6 @@ from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType
 
-from indoor_bim.errors import ConfigError, WriteError
 from indoor_bim.outdoor.model import Village
 from indoor_bim.params import Params
 
@@ -22,34 +21,6 @@ FILES: Mapping[str, tuple[str, str, str]] = MappingProxyType(
         "cityjson": ("village.city.json", "indoor_bim.export.cityjson", "write_cityjson"),
     }
 )
-
-
-def prepare(folder: str | Path, *, formats: Sequence[str]) -> Path:
-    """Make the folder for the results, before anything is computed.
-
-    Parameters
-    ----------
-    folder : path
-        Folder to make or to use.
-    formats : sequence of str
-        What will be written; keys of `FILES`.
-
-    Raises
-    ------
-    ConfigError
-        If there is no such format.
-    WriteError
-        If the folder cannot be made.
-    """
-    unknown = [name for name in formats if name not in FILES]
-    if unknown:
-        raise ConfigError(f'formats: there is no "{unknown[0]}"; expected some of {", ".join(sorted(FILES))}')
-    path = Path(folder)
-    try:
-        path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise WriteError(f"{path}: cannot make this folder ({error.strerror}); name a folder you may write to.") from None
-    return path
 
 
 def write_outputs(village: Village, folder: Path, *, formats: Sequence[str], params: Params) -> tuple[Path, ...]:

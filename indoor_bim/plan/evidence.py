@@ -48,31 +48,6 @@ class WallPoints:
         return len(self.xy)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StoreyEvidence:
-    """Evidence of one storey.
-
-    Parameters
-    ----------
-    wall : WallPoints
-        Candidates for walls.
-    overhead : Raster
-        Height of the overhead surface, metres; filled from the nearest spot where it was not seen.
-    overhead_seen : Raster
-        True where the overhead surface was hit.
-    floor_seen : Raster
-        True where the floor was hit.
-    rays : Raster
-        Number of sight lines above door height through each cell.
-    """
-
-    wall: WallPoints
-    overhead: Raster
-    overhead_seen: Raster
-    floor_seen: Raster
-    rays: Raster
-
-
 def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool = False) -> Raster | None:
     """Height of the ceiling, or whatever level surface spans overhead, on a coarse grid.
 
@@ -198,47 +173,6 @@ def hit_raster(xy: Floats, *, low: Floats, high: Floats, cell: float) -> Raster:
     rc = raster.pixel(xy)
     rc = rc[((rc >= 0) & (rc < shape)).all(axis=1)]
     raster.image[rc[:, 0], rc[:, 1]] = True
-    return raster
-
-
-def sight_lines(hits: Floats, sensor: Floats, *, low: Floats, high: Floats, above: float, stop: float = 0.15, cell: float = 0.10) -> Raster:
-    """Number of sight lines through each cell, counted only where the line runs above a height.
-
-    Above the door heads a sight line stays within one room, whatever stands open.
-
-    Parameters
-    ----------
-    hits, sensor : (n, 3) float64
-        End points that were hit, and where they were seen from, metres.
-    low, high : (2,) float64
-        Corners of the raster, metres.
-    above : float
-        Height that counts, metres.
-    stop : float
-        The line is not counted this close to its hit, metres.
-    cell : float
-        Side of a cell, metres.
-    """
-    shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
-    image = np.zeros(shape, dtype=np.int64)
-    raster = Raster(image, low, cell)
-    line = hits - sensor
-    length = np.hypot(line[:, 0], line[:, 1])
-    ok = (hits[:, 2] > above) & (length > 2 * stop)
-    hits, sensor, line, length = hits[ok], sensor[ok], line[ok], length[ok]
-    rising = np.where(line[:, 2] > 1e-6, (above - sensor[:, 2]) / np.where(line[:, 2] > 1e-6, line[:, 2], 1.0), 0.0)
-    first = np.clip(rising, 0.0, 1.0)
-    last = 1.0 - stop / length
-    steps = np.maximum(np.ceil((last - first) * length / cell), 0).astype(np.int64)
-    for start in range(0, len(hits), 50_000):
-        part = slice(start, start + 50_000)
-        n = steps[part]
-        row = np.repeat(np.arange(len(n)), n)
-        k = np.arange(n.sum()) - np.repeat(np.cumsum(n) - n, n)
-        t = first[part][row] + (k + 0.5) * cell / length[part][row]
-        rc = raster.pixel(sensor[part][row, :2] + t[:, None] * line[part][row, :2])
-        rc = rc[((rc >= 0) & (rc < shape)).all(axis=1)]
-        image += np.bincount(rc[:, 0] * shape[1] + rc[:, 1], minlength=image.size).reshape(shape)
     return raster
 
 
