@@ -1,0 +1,30 @@
+"""A wall goes on behind cupboards, and does not run on past its end."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from indoor_bim.plan.cells import cut_into_cells, hidden_wall
+
+
+@pytest.mark.parametrize(
+    ("seen", "empty_inside", "found"),
+    [
+        ([(0, 2), (4, 6)], True, [(2, 4)]),  # hidden between two seen parts: the wall goes on
+        ([(0, 2)], True, []),  # seen on one side only: it may end there
+        ([(0, 2), (4, 6)], False, []),  # floor or ceiling was seen between the faces: a passage
+    ],
+)
+def test_a_wall_is_hidden_only_between_two_seen_parts(seen, empty_inside, found):
+    p = np.array([[0, 0.2], [6, 0], [0, -2], [2, -2], [4, -2], [6, -2], [0, -2], [0, 2]], dtype=float)
+    q = np.array([[6, 0.2], [0, 0], [0, 2], [2, 2], [4, 2], [6, 2], [6, -2], [6, 2]], dtype=float)
+    cells = cut_into_cells(p, q)
+    direction = (q - p)[:2] / 6  # the two faces of the wall; the other lines only cut
+    middle = (cells.edge_start + cells.edge_end) / 2
+    face = cells.edge_line < 2
+    wall = np.array([float(face[k] and any(a < middle[k, 0] < b for a, b in seen)) for k in range(len(middle))])
+    inside = np.array([0 < polygon.centroid.y < 0.2 for polygon in cells.polygons])
+    hidden = hidden_wall(cells, wall, direction, empty=inside if empty_inside else np.zeros(len(inside), dtype=bool))
+    assert sorted(set(np.round(middle[hidden, 0], 3).tolist())) == [(a + b) / 2 for a, b in found]
+    assert hidden.sum() == 2 * len(found)
