@@ -1,0 +1,36 @@
+"""From faces to a storey: what the stages do together."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plans import box, faces_of_rooms
+
+from indoor_bim.plan.storey_plan import StoreyPlan
+from indoor_bim.storeys import storey_from_plan
+
+THREE_ROOMS = (box(0, 0, 3, 4), box(3.10, 0, 6, 4), box(6.12, 0, 9, 4))
+
+
+def storey(rmse: float):
+    faces = faces_of_rooms(*THREE_ROOMS)
+    plan = StoreyPlan(replace(faces, rmse=np.full(len(faces), rmse)), floor=0.0, ceiling=2.5)
+    return storey_from_plan(plan).storey
+
+
+def test_thicknesses_that_the_scan_cannot_tell_apart_are_shared():
+    assert [wall.thickness for wall in storey(0.03).walls if wall.thickness_measured] == pytest.approx([0.11, 0.11])
+
+
+def test_an_accurate_scan_keeps_every_thickness():
+    assert [wall.thickness for wall in storey(0.001).walls if wall.thickness_measured] == pytest.approx([0.10, 0.12])
+
+
+def test_rooms_heights_and_outer_walls():
+    made = storey(0.001)
+    assert sorted(room.area for room in made.rooms) == pytest.approx([11.52, 11.6, 12.0], abs=0.01)
+    assert made.height == 2.5
+    assert sum(wall.external is True for wall in made.walls) == 4
+    assert sum(wall.external is False for wall in made.walls) == 2
