@@ -17,10 +17,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from indoor_bim import Cloud
-from indoor_bim.auto import auto_storey, sensor_positions
+from indoor_bim.auto import auto_storey
 from indoor_bim.cloud.levels import level
 from indoor_bim.model import Building, Storey
 from indoor_bim.openings import find_openings
+from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.quality.compare import compare
@@ -56,7 +57,7 @@ def reconstruct(scan: SimulatedScan, variant: Variant) -> Building:
     levelled = level(Cloud(scan.points, gps_time=scan.gps_time, trajectory=scan.trajectory))
     times = scan.gps_time if variant.times else None
     path = levelled.trajectory
-    sensor = None if times is None or path is None else sensor_positions(times, path)
+    sensor = None if times is None or path is None else sensor_positions(path, times)
     seen = levelled if variant.ceiling else replace(levelled, storeys=tuple(replace(s, ceiling=None) for s in levelled.storeys))
     storeys: list[Storey] = []
     for number in range(len(seen.storeys)):

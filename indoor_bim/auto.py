@@ -14,13 +14,19 @@ from indoor_bim.cloud.cloud import LevelledCloud, StoreyLevels
 from indoor_bim.cloud.levels import thin
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
-from indoor_bim.plan import face_lines as fl
 from indoor_bim.plan.built_in import without_built_ins
 from indoor_bim.plan.cells import Cells, cell_image, close_corners, cut_into_cells, hidden_wall, label_cells
+from indoor_bim.plan.face_lines import FaceLines, face_lines, join_lines
+from indoor_bim.plan.face_support import measure
+from indoor_bim.plan.line_ends import end_cuts, prolong
+from indoor_bim.plan.line_merging import merge_lines
+from indoor_bim.plan.oblique import other_directions, unexplained
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outlines
+from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
+from indoor_bim.plan.strips import BELOW_CEILING, WHOLE_COLUMN, Sweep, evidence_along, sweep
 
 logger = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
@@ -34,7 +40,7 @@ REACH = 1.5
 class AutoStages:
     """What the method found on one storey, stage by stage."""
 
-    lines: fl.FaceLines
+    lines: FaceLines
     cells: Cells
     room: NDArray[np.bool_]
     wall: Floats
@@ -78,14 +84,14 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     wall_points = ev.wall_points(points, sensor, filled, floor=floor)
     if not len(wall_points):
         raise NothingToReconstructError(_no_walls(len(levelled.points)))
-    band = fl.BELOW_CEILING if overhead is not None else fl.WHOLE_COLUMN
-    sweeps = [fl.sweep(wall_points, angle, band=band) for angle in (0.0, np.pi / 2)]
-    lines = fl.join_lines([fl.face_lines(swept, family=k) for k, swept in enumerate(sweeps)])
-    rest = fl.unexplained(wall_points, lines)
-    for angle in fl.other_directions(rest) if overhead is not None else ():
-        sweeps.append(fl.sweep(rest, angle, band=band))
-        lines = fl.join_lines([lines, fl.face_lines(sweeps[-1], family=len(sweeps) - 1)])
-    lines = fl.merge_lines(lines)
+    strips = BELOW_CEILING if overhead is not None else WHOLE_COLUMN
+    sweeps = [sweep(wall_points, angle, strips=strips) for angle in (0.0, np.pi / 2)]
+    lines = join_lines([face_lines(swept, family=k) for k, swept in enumerate(sweeps)])
+    rest = unexplained(wall_points, lines)
+    for angle in other_directions(rest) if overhead is not None else ():
+        sweeps.append(sweep(rest, angle, strips=strips))
+        lines = join_lines([lines, face_lines(sweeps[-1], family=len(sweeps) - 1)])
+    lines = merge_lines(lines)
     seen, density, column = ev.overhead_hits(points, wall_points, filled, low=low, high=high, cell=PIXEL)
     if overhead is None:
         seen, density = Raster(np.zeros_like(seen.image), low, PIXEL), np.zeros_like(density)
@@ -101,9 +107,9 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         lines = lines.take(_looks_into_free_space(lines, horizontal))
     firm = ev.free_borders(Raster(np.maximum(seen.image, floor_image), low, PIXEL), lines)
     weak = ev.free_borders(seen, lines) if overhead is not None else firm
-    cut_p, cut_q = fl.end_cuts(lines)
+    cut_p, cut_q = end_cuts(lines)
     edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p]), np.vstack([firm[1], weak[1], cut_q])
-    start, end = fl.prolong(lines)
+    start, end = prolong(lines)
     p, q = replace(lines, start=start, end=end).ends()
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
     cells = cut_into_cells(np.vstack([p, edge_p, frame]), np.vstack([q, edge_q, np.roll(frame, -1, axis=0)]))
@@ -124,7 +130,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     return AutoStages(lines, cells, room, wall, inside, seen, outlines, plan)
 
 
-def _looks_into_free_space(lines: fl.FaceLines, horizontal: Raster) -> NDArray[np.bool_]:
+def _looks_into_free_space(lines: FaceLines, horizontal: Raster) -> NDArray[np.bool_]:
     """Lines with at least as much floor and ceiling close to their left as to their right."""
     keep = np.ones(len(lines), dtype=bool)
     away = np.arange(0.05, 0.13, PIXEL)
@@ -136,13 +142,13 @@ def _looks_into_free_space(lines: fl.FaceLines, horizontal: Raster) -> NDArray[n
     return keep
 
 
-def folded_lines(lines: fl.FaceLines, *, times: float = 1.4) -> NDArray[np.bool_]:
+def folded_lines(lines: FaceLines, *, times: float = 1.4) -> NDArray[np.bool_]:
     """Lines whose points scatter across by more than those of the usual wall: curtains."""
     length = lines.end - lines.start
     order = np.argsort(lines.spread, kind="stable")
     half = np.searchsorted(np.cumsum(length[order]), length.sum() / 2)
     usual = lines.spread[order[min(half, len(order) - 1)]] if len(order) else 0.0
-    folded: NDArray[np.bool_] = lines.spread > times * max(usual, 0.5 * fl.ACROSS)
+    folded: NDArray[np.bool_] = lines.spread > times * max(usual, 0.5 * BELOW_CEILING.across)
     return folded
 
 
@@ -209,7 +215,7 @@ def _inside(
     return evidence * PIXEL**2 - 0.1 * area, (share > 0.3) & (total(sure) * PIXEL**2 > 0.3 * area), hit
 
 
-def _edge_evidence(cells: Cells, lines: fl.FaceLines, sweeps: list[fl.Sweep]) -> Floats:
+def _edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> Floats:
     """Share of each edge where the face of its line was seen."""
     wall = np.zeros(len(cells.edge_line))
     for line in range(len(lines)):
@@ -217,7 +223,7 @@ def _edge_evidence(cells: Cells, lines: fl.FaceLines, sweeps: list[fl.Sweep]) ->
         if not len(rows):
             continue
         start, end = float(lines.start[line]) - REACH, float(lines.end[line]) + REACH
-        profile = fl.evidence_along(sweeps[lines.family[line]], float(lines.angle[line]), float(lines.offset[line]), start, end)
+        profile = evidence_along(sweeps[lines.family[line]], float(lines.angle[line]), float(lines.offset[line]), start, end)
         profile = np.clip((profile - 0.15) / 0.5, 0, 1)
         at = np.linspace(start, end, len(profile) + 1)
         total = np.concatenate([[0.0], np.cumsum(profile)]) * (end - start) / len(profile)
@@ -227,8 +233,8 @@ def _edge_evidence(cells: Cells, lines: fl.FaceLines, sweeps: list[fl.Sweep]) ->
 
 
 def _loose_faces(
-    lines: fl.FaceLines,
-    sweeps: list[fl.Sweep],
+    lines: FaceLines,
+    sweeps: list[Sweep],
     outlines: tuple[RoomOutline, ...],
     free: Raster,
     *,
@@ -240,14 +246,14 @@ def _loose_faces(
     pieces = []
     for k in range(len(lines)):
         start, end = float(lines.start[k]), float(lines.end[k])
-        profile = fl.evidence_along(sweeps[lines.family[k]], float(lines.angle[k]), float(lines.offset[k]), start, end)
+        profile = evidence_along(sweeps[lines.family[k]], float(lines.angle[k]), float(lines.offset[k]), start, end)
         t = start + (np.arange(len(profile)) + 0.5) * (end - start) / len(profile)
         spots = t[:, None] * lines.direction[k] + lines.offset[k] * lines.normal[k]
         good = (profile > 0.35) & ~shapely.contains_xy(rooms, *spots.T)
         good &= free.sample(spots + 0.3 * lines.normal[k]) > 0
         edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]])))
         for first, last in edges.reshape(-1, 2):
-            if (last - first) * fl.ALONG >= shortest:
+            if (last - first) * BELOW_CEILING.along >= shortest:
                 pieces.append((spots[first], spots[last - 1]))
     return pieces
 
@@ -271,7 +277,7 @@ def _plan(
         for ring in (outline.exterior, *(hole for hole in outline.holes if hole not in standing)):
             p += list(ring.corners)
             q += list(ring.corners[1:] + ring.corners[:1])
-    faces = fl.measure(Segments.from_ends(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2)), points)
+    faces = measure(Segments.from_ends(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2)), points)
     if ceiling is None:
         faces = faces.take(faces.coverage > 0.3)
     rooms = tuple(outline.polygon for outline in outlines)
@@ -308,7 +314,7 @@ def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> 
     """
     sensor = None
     if gps_time is not None and levelled.trajectory is not None and np.isfinite(levelled.trajectory[:, 0]).all():
-        sensor = sensor_positions(gps_time, levelled.trajectory)
+        sensor = sensor_positions(levelled.trajectory, gps_time)
     plans, complaints = [], []
     for number in range(len(levelled.storeys)):
         try:
@@ -319,22 +325,3 @@ def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> 
     if not plans:
         raise complaints[0]
     return tuple(plans)
-
-
-def sensor_positions(gps_time: Floats, trajectory: Floats) -> Floats:
-    """Scanner position (n, 3) when each point was taken.
-
-    Parameters
-    ----------
-    gps_time : (n,) float64
-        Time of each point, seconds.
-    trajectory : (m, 4) float64
-        Time in seconds, x, y, z in metres. Rows far apart in time are stations: the scanner stood there from that time on, or
-        around that time where points were taken before the first row.
-    """
-    t = trajectory[:, 0]
-    if (len(t) > 1 and np.median(np.diff(t)) > 1.0) or len(t) == 1:
-        around = len(gps_time) > 0 and gps_time.min() < t[0] - 0.1 * (t[-1] - t[0]) / max(len(t) - 1, 1)
-        change = (t[1:] + t[:-1]) / 2 if around else t[1:]
-        return trajectory[np.searchsorted(change, gps_time, side="right"), 1:4]
-    return np.column_stack([np.interp(gps_time, t, trajectory[:, k]) for k in (1, 2, 3)])

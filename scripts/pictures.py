@@ -21,7 +21,7 @@ from matplotlib.figure import Figure
 from PIL import Image
 
 import indoor_bim
-from indoor_bim.auto import AutoStages, auto_storey, sensor_positions
+from indoor_bim.auto import AutoStages, auto_storey
 from indoor_bim.cloud.cloud import CEILING, FLOOR, WALL, Cloud, LevelledCloud
 from indoor_bim.cloud.levels import thin
 from indoor_bim.cloud.planes import level_by_pca
@@ -30,8 +30,9 @@ from indoor_bim.methods import METHODS
 from indoor_bim.model import Storey
 from indoor_bim.params import Params
 from indoor_bim.plan import evidence as ev
-from indoor_bim.plan import face_lines as fl
 from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.scanner_path import sensor_positions
+from indoor_bim.plan.strips import BELOW_CEILING, sweep
 from indoor_bim.simulate import demo_house, simulate, write_scan
 from indoor_bim.slope import SlopeStages, slope_stages
 from indoor_bim.stages import Stages
@@ -63,7 +64,7 @@ def draw_auto(cloud: Cloud, folder: Path) -> None:
     levelled: LevelledCloud = stages.products["level"]
     sensor = None
     if cloud.gps_time is not None and levelled.trajectory is not None:
-        sensor = sensor_positions(cloud.gps_time, levelled.trajectory)
+        sensor = sensor_positions(levelled.trajectory, cloud.gps_time)
     found = auto_storey(levelled, 0, sensor)
     around = window(storey)
     save(folder / "level.png", section(cloud, levelled, around))
@@ -134,10 +135,10 @@ def evidence(levelled: LevelledCloud, sensor: np.ndarray | None, around: Window)
     axes[1].imshow(density, extent=extent(hits), origin="lower", cmap="Blues", interpolation="nearest")
     shown = np.zeros((int((high[1] - low[1]) / 0.05) + 1, int((high[0] - low[0]) / 0.05) + 1))
     for angle in (0.0, np.pi / 2):
-        swept = fl.sweep(candidates, angle)
+        swept = sweep(candidates, angle)
         best = swept.evidence.max(axis=0)
         u, v = np.nonzero(best)
-        a, b = swept.low[0] + (u + 0.5) * fl.ALONG, swept.low[1] + (v + 0.5) * fl.ACROSS
+        a, b = swept.low[0] + (u + 0.5) * BELOW_CEILING.along, swept.low[1] + (v + 0.5) * BELOW_CEILING.across
         for shift in (-0.025, 0.025):
             spot = np.column_stack([np.cos(angle) * (a + shift) - np.sin(angle) * b, np.sin(angle) * (a + shift) + np.cos(angle) * b])
             rc = np.floor((spot - low) / 0.05).astype(int)[:, ::-1]

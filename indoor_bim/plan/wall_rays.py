@@ -14,8 +14,6 @@ Floats = NDArray[np.float64]
 Float32s = NDArray[np.float32]
 Ints = NDArray[np.int64]
 
-STANDING = 5.0  # seconds between rows of a path: a scanner that walks is recorded more often, so here it stood
-DRIFT_PERIOD = 2.0  # seconds: the error of a walking scanner's position changes more slowly
 FRONT = 0.15  # metres before a face: points farther away are not on it
 MARGIN = 0.30  # metres beyond the ends of a wall that belong to its picture
 SENSOR_CELL = 0.5  # metres: rays from one such square of the plan are looked up together
@@ -94,64 +92,6 @@ class WallRays:
     def take(self, rows: NDArray) -> Self:
         """Rays of the given rows (indices or mask)."""
         return replace(self, **{name: getattr(self, name)[rows] for name in self.__slots__})
-
-
-def sensor_positions(trajectory: Floats, gps_time: Floats) -> Floats:
-    """Position of the scanner for each point.
-
-    Between two rows of the path that are more than a few seconds apart the scanner stood at the first of them.
-
-    Parameters
-    ----------
-    trajectory : (m, 4) float64
-        Time in seconds, sorted, and x, y, z in metres.
-    gps_time : (n,) float64
-        Time of each point, seconds.
-
-    Returns
-    -------
-    (n, 3) float64
-        Positions, metres.
-
-    Examples
-    --------
-    >>> path = np.array([[0, 0, 0, 1], [1, 2, 0, 1], [60, 9, 0, 1.0]])
-    >>> sensor_positions(path, np.array([0.5, 30.0, 61.0]))[:, 0].tolist()
-    [1.0, 2.0, 9.0]
-    """
-    time = trajectory[:, 0]
-    stood = np.flatnonzero(np.diff(time) > STANDING)
-    time = np.insert(time, stood + 1, np.nextafter(time[stood + 1], -np.inf))
-    path = np.insert(trajectory[:, 1:], stood + 1, trajectory[stood, 1:], axis=0)
-    return np.column_stack([np.interp(gps_time, time, path[:, k]) for k in range(3)])
-
-
-def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
-    """Stretch of the path that each point was measured on: as long as a walking scanner's position has about the same error.
-
-    Parameters
-    ----------
-    trajectory : (m, 4) float64
-        Time in seconds, sorted, and x, y, z in metres.
-    gps_time : (n,) float64
-        Time of each point, seconds.
-
-    Returns
-    -------
-    (n,) int64
-        Number of the stretch; all points of one standpoint share it.
-
-    Examples
-    --------
-    >>> path = np.array([[0, 0, 0, 1], [1, 2, 0, 1], [60, 9, 0, 1.0]])
-    >>> path_periods(path, np.array([0.5, 30.0, 50.0, 61.0])).tolist()
-    [0, 0, 0, 30]
-    """
-    time = trajectory[:, 0]
-    row = np.clip(np.searchsorted(time, gps_time, side="right") - 1, 0, len(time) - 1)
-    stood = np.append(np.diff(time) > STANDING, False)[row]
-    periods: Ints = np.floor((np.where(stood, time[row], gps_time) - time[0]) / DRIFT_PERIOD).astype(np.int64)
-    return periods
 
 
 def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, period: Ints) -> list[WallRays]:

@@ -1,0 +1,50 @@
+"""Support, spread and coverage of faces by the points on them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.segments import Segments
+
+Floats = NDArray[np.float64]
+COLUMN = 0.10
+"""Width of the columns that the coverage of a face is counted in, metres."""
+
+
+def measure(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segments:
+    """Support, spread and coverage of faces.
+
+    Parameters
+    ----------
+    faces : Segments
+        Faces, free space to the left of p -> q.
+    points : WallPoints
+        Candidates.
+    reach : float
+        Points this close to a face lie on it, metres.
+    """
+    order = np.argsort(points.xy[:, 0], kind="stable")
+    xy, rise = points.xy[order], points.rise[order]
+    sensor = None if points.sensor is None else points.sensor[order]
+    support, rmse, coverage = np.zeros(len(faces), dtype=np.int64), np.full(len(faces), np.nan), np.zeros(len(faces))
+    for k, (p, d, n, length) in enumerate(zip(faces.p, faces.direction, faces.normal, faces.length, strict=True)):
+        ends = np.sort([p[0], p[0] + length * d[0]])
+        rows = slice(*np.searchsorted(xy[:, 0], [ends[0] - reach, ends[1] + reach]))
+        along, across = (xy[rows] - p) @ d, (xy[rows] - p) @ n
+        on = (np.abs(across) < reach) & (along > 0) & (along < length)
+        if sensor is not None:
+            on &= (sensor[rows] - p) @ n > 0
+        if not on.any():
+            continue
+        support[k] = int(on.sum())
+        rmse[k] = float(np.sqrt(np.mean(across[on] ** 2)))
+        columns, layers = max(int(np.ceil(length / COLUMN)), 1), 10
+        cells = np.minimum((along[on] / COLUMN).astype(np.int64), columns - 1) * layers + np.minimum(
+            (rise[rows][on] * layers).astype(np.int64), layers - 1
+        )
+        coverage[k] = len(np.unique(cells)) / (columns * layers)
+    return replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=np.minimum(coverage, 1.0))

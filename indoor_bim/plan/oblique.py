@@ -1,0 +1,92 @@
+"""Directions of the walls that the main directions leave over."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.face_lines import FaceLines
+from indoor_bim.plan.strips import height_layers
+
+Floats = NDArray[np.float64]
+
+
+def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upper: float = 0.8) -> WallPoints:
+    """Points high on the walls that lie on none of the lines.
+
+    Parameters
+    ----------
+    points : WallPoints
+        Candidates.
+    lines : FaceLines
+        Lines found so far.
+    near : float
+        Points this close to a line lie on it, metres.
+    upper : float
+        Share of the height above which points count.
+    """
+    high = points.rise > upper
+    xy = points.xy[high]
+    sensor = None if points.sensor is None else points.sensor[high]
+    cell = np.floor(xy / 0.05).astype(np.int64)
+    cell -= cell.min(axis=0)
+    _, first, group = np.unique(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1], return_index=True, return_inverse=True)
+    spots = xy[first]
+    free = np.ones(len(spots), dtype=bool)
+    for direction, normal, offset, start, end in zip(lines.direction, lines.normal, lines.offset, lines.start, lines.end, strict=True):
+        along = spots @ direction
+        free &= (np.abs(spots @ normal - offset) > near) | (along < start - 0.1) | (along > end + 0.1)
+    keep = free[group]
+    return WallPoints(xy[keep], points.rise[high][keep], points.depth[high][keep], None if sensor is None else sensor[keep])
+
+
+def other_directions(points: WallPoints, *, cell: float = 0.40, least: float = 0.4, most: int = 6) -> list[float]:
+    """Directions that the remaining points line up in, radians.
+
+    Parameters
+    ----------
+    points : WallPoints
+        What the main directions do not explain.
+    cell : float
+        Side of the cells whose direction is looked at, metres; four grids half a cell apart are used.
+    least : float
+        Length of wall that a direction needs, metres.
+    most : int
+        Largest number of directions.
+    """
+    if not len(points):
+        return []
+    layer = height_layers(points)
+    hits = np.unique(np.column_stack([np.floor(points.xy / 0.03).astype(np.int64), layer]), axis=0)
+    spots, layers = np.unique(hits[:, :2], axis=0, return_counts=True)
+    filled = layers >= 2
+    fine, weight = spots[filled] * 0.03 + 0.015, layers[filled].astype(np.float64)
+    angles, lengths = [], []
+    for shift in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)):
+        index = np.floor(fine / cell + np.array(shift)).astype(np.int64)
+        index -= index.min(axis=0)
+        _, group, count = np.unique(index[:, 0] * (index[:, 1].max() + 1) + index[:, 1], return_inverse=True, return_counts=True)
+        total = np.bincount(group, weights=weight)
+        mean = np.column_stack([np.bincount(group, weights=weight * fine[:, k]) / total for k in range(2)])
+        x, y = (fine - mean[group]).T
+        xx, yy, xy = (np.bincount(group, weights=weight * w) / total for w in (x * x, y * y, x * y))
+        half = np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
+        minor, major = (xx + yy) / 2 - half, (xx + yy) / 2 + half
+        straight = (count >= 6) & (minor < 0.15 * major) & (major > (0.2 * cell) ** 2)
+        angles.append(np.mod(0.5 * np.arctan2(2 * xy, xx - yy)[straight], np.pi))
+        lengths.append(np.sqrt(12 * major[straight]) / 4)
+    angle, length = np.concatenate(angles), np.concatenate(lengths)
+    grid = np.radians(np.arange(0, 180, 2.0))
+    found: list[float] = []
+    while len(found) < most and len(angle):
+        apart = np.abs(np.mod(angle[None] - grid[:, None] + np.pi / 2, np.pi) - np.pi / 2)
+        votes = ((apart < np.radians(6)) * length).sum(axis=1)
+        best = int(np.argmax(votes))
+        if votes[best] < least:
+            break
+        mine = apart[best] < np.radians(6)
+        delta = np.mod(angle[mine] - grid[best] + np.pi / 2, np.pi) - np.pi / 2
+        found.append(float(grid[best] + np.median(delta)))
+        angle, length = angle[~mine], length[~mine]
+    return found

@@ -1,0 +1,89 @@
+"""Where the scanner was when each point was measured."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+STANDING = 5.0  # seconds between rows of a path: a scanner that walks is recorded more often, so here it stood
+DRIFT_PERIOD = 2.0  # seconds: the error of a walking scanner's position changes more slowly
+
+
+def sensor_positions(trajectory: Floats, gps_time: Floats) -> Floats:
+    """Position of the scanner for each point.
+
+    A path whose rows are far apart in time is a list of standpoints: the scanner stood there from that time on, or around that time
+    where points were taken before the first row. On a walked path it stood still between two rows that are more than a few seconds
+    apart.
+
+    Parameters
+    ----------
+    trajectory : (m, 4) float64
+        Time in seconds, sorted, and x, y, z in metres.
+    gps_time : (n,) float64
+        Time of each point, seconds.
+
+    Returns
+    -------
+    (n, 3) float64
+        Positions, metres.
+
+    Examples
+    --------
+    >>> walked = np.array([[0.0, 0, 0, 1], [0.5, 1, 0, 1], [1.0, 2, 0, 1], [60, 9, 0, 1]])
+    >>> sensor_positions(walked, np.array([0.25, 30.0, 61.0]))[:, 0].tolist()
+    [0.5, 2.0, 9.0]
+    """
+    time = trajectory[:, 0]
+    if _stands(time):
+        return np.asarray(trajectory[_standpoint(time, gps_time), 1:4], dtype=np.float64)
+    stood = np.flatnonzero(np.diff(time) > STANDING)
+    time = np.insert(time, stood + 1, np.nextafter(time[stood + 1], -np.inf))
+    path = np.insert(trajectory[:, 1:], stood + 1, trajectory[stood, 1:], axis=0)
+    return np.column_stack([np.interp(gps_time, time, path[:, k]) for k in range(3)])
+
+
+def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
+    """Stretch of the path that each point was measured on: as long as a walking scanner's position has about the same error.
+
+    Parameters
+    ----------
+    trajectory : (m, 4) float64
+        Time in seconds, sorted, and x, y, z in metres.
+    gps_time : (n,) float64
+        Time of each point, seconds.
+
+    Returns
+    -------
+    (n,) int64
+        Number of the stretch; all points of one standpoint share it.
+
+    Examples
+    --------
+    >>> walked = np.array([[0.0, 0, 0, 1], [0.5, 1, 0, 1], [1.0, 2, 0, 1], [60, 9, 0, 1]])
+    >>> path_periods(walked, np.array([0.5, 30.0, 50.0, 61.0])).tolist()
+    [0, 0, 0, 30]
+    """
+    time = trajectory[:, 0]
+    if _stands(time):
+        return _standpoint(time, gps_time)
+    row = np.clip(np.searchsorted(time, gps_time, side="right") - 1, 0, len(time) - 1)
+    stood = np.append(np.diff(time) > STANDING, False)[row]
+    periods: Ints = np.floor((np.where(stood, time[row], gps_time) - time[0]) / DRIFT_PERIOD).astype(np.int64)
+    return periods
+
+
+def _stands(time: Floats) -> bool:
+    """True where the rows of a path are standpoints."""
+    return len(time) == 1 or float(np.median(np.diff(time))) > STANDING
+
+
+def _standpoint(time: Floats, gps_time: Floats) -> Ints:
+    """Row of the standpoint of each point."""
+    before = len(gps_time) > 0 and gps_time.min() < time[0] - 0.1 * (time[-1] - time[0]) / max(len(time) - 1, 1)
+    change = (time[1:] + time[:-1]) / 2 if before else time[1:]
+    rows: Ints = np.searchsorted(change, gps_time, side="right").astype(np.int64)
+    return rows

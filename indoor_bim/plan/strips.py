@@ -1,0 +1,209 @@
+"""Wall points in thin strips of the plan: how much of the column up to the ceiling is filled, seen from which side."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.evidence import WallPoints
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+CLEARANCE = 0.06
+"""Nearest that wall points come to the surface overhead, metres."""
+LEAST_EVIDENCE = 0.35
+"""Share of the column below the ceiling that a wall fills at least."""
+
+
+@dataclass(frozen=True, slots=True)
+class Strips:
+    """Size of the strips and of the height layers in them.
+
+    Parameters
+    ----------
+    along, across : float
+        Sides of a strip, metres.
+    even : int
+        Number of even layers between the floor and the fine layers.
+    fine : int
+        Number of fine layers right below the surface overhead.
+    fine_height : float
+        Height of a fine layer, metres.
+    band : (int, int)
+        Layers that tell walls from furniture: first, and one past the last.
+    below : (int, int), optional
+        Layers right below these, which have to be filled as well.
+    """
+
+    along: float = 0.10
+    across: float = 0.01
+    even: int = 20
+    fine: int = 4
+    fine_height: float = 0.05
+    band: tuple[int, int] = (20, 24)
+    below: tuple[int, int] | None = (17, 20)
+
+    @property
+    def layers(self) -> int:
+        """Number of layers."""
+        return self.even + self.fine
+
+    @property
+    def tall(self) -> tuple[int, int]:
+        """Layers between the height of a table and the fine ones."""
+        return round(0.4 * self.even), self.even
+
+
+BELOW_CEILING = Strips()
+"""Walls stand alone right below the ceiling."""
+WHOLE_COLUMN = Strips(band=(2, 20), below=None)
+"""For storeys whose ceiling was not seen."""
+
+
+def height_layers(points: WallPoints, strips: Strips = BELOW_CEILING) -> Ints:
+    """Height layer of each point: fine ones right below the overhead surface, even ones from the floor up to these."""
+    below_top = strips.layers - 1 - np.floor((points.depth - CLEARANCE) / strips.fine_height).astype(np.int64)
+    from_floor = np.clip((points.rise * strips.even).astype(np.int64), 0, strips.even - 1)
+    return np.where(below_top >= strips.even, np.minimum(below_top, strips.layers - 1), from_floor)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Sweep:
+    """Wall points sorted into thin strips along one direction, for both sides they can be seen from."""
+
+    angle: float
+    low: Floats
+    strips: Strips
+    masks: NDArray[np.uint32]
+    crest: NDArray[np.bool_]
+    evidence: Floats
+
+
+def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -> Sweep:
+    """Heights hit in every strip of the plan.
+
+    Parameters
+    ----------
+    points : WallPoints
+        Candidates.
+    angle : float
+        Direction of the strips, radians.
+    strips : Strips
+        Their size.
+
+    Returns
+    -------
+    Sweep
+        Bit k of ``masks[side, u, v]`` is set where height layer k was hit from that side (0: from the left of the direction).
+    """
+    along = np.array([np.cos(angle), np.sin(angle)])
+    left = np.array([-along[1], along[0]])
+    u, v = points.xy @ along, points.xy @ left
+    low = np.array(
+        [
+            np.floor(u.min() / strips.along) * strips.along - 5 * strips.along,
+            np.floor(v.min() / strips.across) * strips.across - 10 * strips.across,
+        ]
+    )
+    iu = ((u - low[0]) / strips.along).astype(np.int64)
+    iv = ((v - low[1]) / strips.across).astype(np.int64)
+    shape = (2, int(iu.max()) + 6, int(iv.max()) + 11)
+    layer = height_layers(points, strips)
+    masks = np.zeros(shape[0] * shape[1] * shape[2], dtype=np.uint32)
+    cell = iu * shape[2] + iv
+    sides = [np.arange(len(u))] * 2
+    if points.sensor is not None:
+        from_left = (points.sensor - points.xy) @ left > 0
+        sides = [np.flatnonzero(from_left), np.flatnonzero(~from_left)]
+    for side, rows in enumerate(sides):
+        keys = np.unique((cell[rows] + side * shape[1] * shape[2]) * strips.layers + layer[rows])
+        np.bitwise_or.at(masks, keys // strips.layers, np.uint32(1) << (keys % strips.layers).astype(np.uint32))
+    masks = masks.reshape(shape)
+    evidence = _wall_evidence(masks, strips)
+    crest = _crests(masks, strips) & (evidence >= LEAST_EVIDENCE)
+    return Sweep(angle, low, strips, masks, crest, np.where(_widen(crest, 1), evidence, 0))
+
+
+def _wall_evidence(masks: NDArray[np.uint32], strips: Strips, *, reach: int = 2) -> Floats:
+    """Share of the band of height layers that is hit, per strip; what only crosses the direction is left out."""
+    from scipy import ndimage
+
+    joined = masks.copy()
+    for k in range(1, reach + 1):
+        joined[:, :, k:] |= masks[:, :, :-k]
+        joined[:, :, :-k] |= masks[:, :, k:]
+    best = _filled(joined, strips)
+    along = ndimage.uniform_filter1d(best, 7, axis=1)
+    across = ndimage.uniform_filter1d(best, round(7 * strips.along / strips.across), axis=2)
+    near = joined.copy()
+    near[:, 1:] |= joined[:, :-1]
+    near[:, :-1] |= joined[:, 1:]
+    tall = np.bitwise_count(near & layer_bits(strips.tall)).astype(np.float32) / (strips.tall[1] - strips.tall[0])
+    thinly = np.where(tall >= 0.6, _filled(near, strips), 0)
+    thinly[ndimage.uniform_filter1d(thinly, 15, axis=1) < 0.5] = 0
+    best[across > np.maximum(along, 0.3)] = 0
+    thinly[ndimage.uniform_filter1d(thinly, round(7 * strips.along / strips.across), axis=2) > 0.5] = 0
+    best = np.maximum(best, thinly)
+    smooth: Floats = ndimage.median_filter(best, size=(1, 5, 1))
+    return smooth
+
+
+def _crests(masks: NDArray[np.uint32], strips: Strips, *, apart: float = 0.04) -> NDArray[np.bool_]:
+    """Strips where more of the column is hit than in any other within `apart` metres across."""
+    from scipy import ndimage
+
+    layers = 0.1 * np.bitwise_count(masks).astype(np.float32) + np.bitwise_count(masks & layer_bits(strips.band))
+    density = ndimage.uniform_filter1d(ndimage.gaussian_filter1d(layers, 0.015 / strips.across, axis=2, truncate=3), 5, axis=1)
+    crest: NDArray[np.bool_] = density >= ndimage.maximum_filter1d(density, 2 * round(apart / strips.across) + 1, axis=2)
+    return crest
+
+
+def _filled(masks: NDArray[np.uint32], strips: Strips) -> Floats:
+    """Share of a band of height layers that is hit; the layers below it count as well."""
+    share = np.bitwise_count(masks & layer_bits(strips.band)).astype(np.float32) / (strips.band[1] - strips.band[0])
+    if strips.below is not None:
+        first, last = strips.below
+        share *= 0.5 + np.bitwise_count(masks & layer_bits(strips.below)).astype(np.float32) / (2 * (last - first))
+    filled: Floats = share
+    return filled
+
+
+def layer_bits(band: tuple[int, int]) -> np.uint32:
+    """Bits of the layers from the first up to the last, which is left out."""
+    return np.uint32((1 << band[1]) - (1 << band[0]))
+
+
+def _widen(mask: NDArray[np.bool_], strips: int) -> NDArray[np.bool_]:
+    wide = mask.copy()
+    for k in range(1, strips + 1):
+        wide[:, :, k:] |= mask[:, :, :-k]
+        wide[:, :, :-k] |= mask[:, :, k:]
+    return wide
+
+
+def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end: float) -> Floats:
+    """Wall evidence along a line, one value for each strip, seen from its left.
+
+    Parameters
+    ----------
+    swept : Sweep
+        Sweep in about the direction of the line, or against it.
+    angle, offset : float
+        Line as in `FaceLines`.
+    start, end : float
+        Extent, metres.
+    """
+    count = max(round((end - start) / swept.strips.along), 1)
+    t = start + (np.arange(count) + 0.5) * (end - start) / count
+    xy = t[:, None] * np.array([np.cos(angle), np.sin(angle)]) + offset * np.array([-np.sin(angle), np.cos(angle)])
+    along = np.array([np.cos(swept.angle), np.sin(swept.angle)])
+    side = 0 if np.cos(angle - swept.angle) > 0 else 1
+    iu = np.floor((xy @ along - swept.low[0]) / swept.strips.along).astype(np.int64)
+    iv = np.floor((xy @ np.array([-along[1], along[0]]) - swept.low[1]) / swept.strips.across).astype(np.int64)
+    inside = (iu >= 0) & (iu < swept.evidence.shape[1]) & (iv >= 3) & (iv < swept.evidence.shape[2] - 3)
+    near = np.clip(iv, 3, swept.evidence.shape[2] - 4)[:, None] + np.arange(-3, 4)
+    value = swept.evidence[side, np.clip(iu, 0, swept.evidence.shape[1] - 1)[:, None], near].max(axis=1)
+    return np.where(inside, value, 0.0).astype(np.float64)
