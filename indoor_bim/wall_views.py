@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from indoor_bim.export.files import replace_file
 from indoor_bim.model import Storey, Wall
 from indoor_bim.plan.relief import Relief, level_faces
+from indoor_bim.plan.scanner_path import path_periods, sensor_positions
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, picture_shape
 from indoor_bim.plan.wall_points import points_at_walls, rays_from_points
-from indoor_bim.plan.wall_rays import WallBox, WallRays, path_periods, rays_at_walls, sensor_positions
+from indoor_bim.plan.wall_rays import WallBox, WallRays, rays_at_walls
 
 Floats = NDArray[np.float64]
 

@@ -16,7 +16,7 @@ from indoor_bim.plan.relief import level_faces
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture
 from indoor_bim.plan.wall_points import points_at_walls
-from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays, path_periods, rays_at_walls, sensor_positions
+from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays, rays_at_walls
 
 
 def some_walls(rng, count=6):
@@ -71,14 +71,6 @@ def test_points_at_walls_are_those_of_a_plain_loop():
         )
         assert np.sort(along) == pytest.approx(np.sort(u[near]))
         assert np.sort(across) == pytest.approx(np.sort(v[near]))
-
-
-def test_a_scanner_on_a_tripod_does_not_move_between_its_standpoints():
-    path = np.array([[0.0, 1, 1, 1], [120.0, 5, 1, 1], [240.0, 9, 9, 1]])
-    at = sensor_positions(path, np.array([-3.0, 0.0, 60.0, 119.9, 120.0, 300.0]))
-    assert at[:, 0].tolist() == [1, 1, 1, 1, 5, 9]
-    assert len(set(path_periods(path, np.array([1.0, 50.0, 119.0])).tolist())) == 1
-    assert sensor_positions(path[:1], np.array([7.0])).tolist() == [[1, 1, 1]]
 
 
 @settings(max_examples=60, deadline=None)
