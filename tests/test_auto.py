@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import shapely
 
-from indoor_bim.auto import sensor_positions, storey_plans
+from indoor_bim.auto import storey_plans
 from indoor_bim.cloud.cloud import Cloud
 from indoor_bim.cloud.levels import level
 from indoor_bim.errors import NothingToReconstructError
@@ -130,21 +130,6 @@ def test_same_scan_same_result(scan):
 def test_without_trajectory(scan):
     (plan,) = storey_plans(level(Cloud(scan[0])))
     assert len(plan.rooms) == 2
-
-
-def test_stations_are_not_interpolated():
-    trajectory = np.array([[0.0, 0, 0, 1], [120.0, 5, 0, 1]])
-    assert sensor_positions(np.array([60.0, 130.0]), trajectory).tolist() == [[0, 0, 1], [5, 0, 1]]
-
-
-def test_a_walk_is_interpolated():
-    trajectory = np.column_stack([np.arange(11) * 0.1, np.arange(11) * 0.08, np.zeros(11), np.ones(11)])
-    np.testing.assert_allclose(sensor_positions(np.array([0.05]), trajectory), [[0.04, 0, 1]])
-
-
-def test_stations_may_be_given_by_the_middle_of_their_time():
-    trajectory = np.array([[60.0, 0, 0, 1], [180.0, 5, 0, 1]])
-    assert sensor_positions(np.array([10.0, 110.0, 130.0, 230.0]), trajectory)[:, 0].tolist() == [0, 0, 5, 5]
 
 
 def test_a_scan_without_wall_points_is_said(scan):
