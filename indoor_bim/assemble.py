@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 
-DECIMALS = 6  # model coordinates are kept to a micrometre: coarser ones would make joints overlap
+DECIMALS = 9  # coarser model coordinates would make joints overlap
 SLAB_THICKNESS = 0.20  # metres; a scan shows one face of a slab only
 NEAR = 0.15  # metres beyond a face: where the room on that side is looked for
 

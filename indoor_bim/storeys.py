@@ -12,7 +12,7 @@ from indoor_bim.plan.alignment import align_faces
 from indoor_bim.plan.collinear import merge_collinear
 from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside
-from indoor_bim.plan.joints import footprints, swallowed
+from indoor_bim.plan.joints import footprints, join_without_overlaps
 from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
 from indoor_bim.plan.shared_thickness import share_thickness
 from indoor_bim.plan.storey_plan import StoreyPlan
@@ -87,11 +87,7 @@ def storey_from_plan(
         enclosed = room_polygons(footprints(*join_walls(_tidy(pair()), snap=snap, far_snap=far_snap)))
         walls = pair(outer=looks_outside(faces, building_hull(enclosed)))
     walls = share_thickness(merge_collinear(walls) if plan.rooms else _tidy(walls))
-    walls, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
-    outlines = footprints(walls, meetings)
-    if (needless := swallowed(outlines)).any():
-        walls, meetings = join_walls(walls.take(~needless), snap=snap, far_snap=far_snap)
-        outlines = footprints(walls, meetings)
+    walls, meetings, outlines = join_without_overlaps(walls, snap=snap, far_snap=far_snap)
     rooms = known_rooms(plan.rooms, outlines)
     known = len(rooms)
     rooms += [room for room in room_polygons(outlines) if not any(room.intersection(other).area > 0.1 * room.area for other in rooms)]

@@ -14,7 +14,7 @@ from indoor_bim.export.ifc_properties import add_common, add_evidence, add_quant
 from indoor_bim.model import Joint, Outline, Ring, Wall
 
 _CONNECTION = {"start": "ATSTART", "end": "ATEND", "path": "ATPATH"}
-_RECTANGLE_TOLERANCE = 1e-6
+_RECTANGLE_TOLERANCE = 1e-8
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.graph import Meeting
+from indoor_bim.plan.graph import Meeting, join_walls
 from indoor_bim.plan.walls import Walls
 
 if TYPE_CHECKING:
@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 
 LONGEST_MITRE = 3.0  # a mitre reaches no farther than this times the thicker wall's thickness
-SLIVER = 1e-6  # square metres
+SLIVER = 1e-3  # square metres: less is no wall, but a crumb of one
 LEAST_OVERLAP = 1e-7  # square metres: below a cubic centimetre in any storey
-GRID = 1e-6  # metres; corners that two walls share are equal to the last digit
-DECIMALS = 6
+GRID = 1e-9  # metres; corners that two walls share are equal to the last digit
+HAIR = 3e-9  # metres between outlines that were cut: more than the grid can move them
+DECIMALS = 9
 
 
 def footprints(walls: Walls, meetings: tuple[Meeting, ...]) -> list[shapely.Polygon]:
@@ -57,7 +58,7 @@ def footprints(walls: Walls, meetings: tuple[Meeting, ...]) -> list[shapely.Poly
 
 
 def swallowed(polygons: list[shapely.Polygon]) -> NDArray[np.bool_]:
-    """Tell which outlines lie in a larger one for more than half of their area.
+    """Tell which outlines lie in larger ones for more than half of their area.
 
     Parameters
     ----------
@@ -67,7 +68,7 @@ def swallowed(polygons: list[shapely.Polygon]) -> NDArray[np.bool_]:
     Returns
     -------
     (n,) bool
-        Walls that the wall around them makes needless.
+        Walls that the walls around them make needless.
 
     Examples
     --------
@@ -78,14 +79,39 @@ def swallowed(polygons: list[shapely.Polygon]) -> NDArray[np.bool_]:
     import shapely
 
     out = np.zeros(len(polygons), dtype=bool)
-    if not polygons:
-        return out
     tree = shapely.STRtree(polygons)
-    for k, j in tree.query(polygons, predicate="intersects").T.tolist():
-        smaller = (polygons[k].area, k) < (polygons[j].area, j)
-        if k != j and smaller and polygons[k].intersection(polygons[j]).area > 0.5 * polygons[k].area:
-            out[k] = True
+    for k, polygon in enumerate(polygons):
+        larger = [polygons[j] for j in tree.query(polygon) if (polygons[j].area, j) > (polygon.area, k)]
+        out[k] = polygon.intersection(shapely.union_all(larger)).area > 0.5 * polygon.area
     return out
+
+
+def join_without_overlaps(walls: Walls, *, snap: float, far_snap: float) -> tuple[Walls, tuple[Meeting, ...], list[shapely.Polygon]]:
+    """Join walls and leave out those that others make needless.
+
+    Parameters
+    ----------
+    walls : Walls
+        Walls in metres.
+    snap, far_snap : float
+        Slack of corners, as in `join_walls`, metres.
+
+    Returns
+    -------
+    walls : Walls
+        Joined walls.
+    meetings : tuple of Meeting
+        Their corners.
+    outlines : list of shapely.Polygon
+        Their footprints.
+    """
+    while True:
+        joined, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
+        outlines = footprints(joined, meetings)
+        needless = swallowed(outlines)
+        if not needless.any():
+            return joined, meetings, outlines
+        walls = joined.take(~needless)
 
 
 def _rectangle(walls: Walls, k: int) -> shapely.Polygon:
@@ -145,15 +171,21 @@ def _without_overlaps(walls: Walls, polygons: list[shapely.Polygon]) -> list[sha
     tree = shapely.STRtree(polygons)
     out = list(polygons)
     for k in rank:
-        mine = out[k]
-        for j in sorted(tree.query(polygons[k], predicate="intersects")):
-            if place[j] < place[k] and shapely.intersection(mine, out[j], grid_size=GRID).area > LEAST_OVERLAP:
-                mine = max(_parts(shapely.difference(mine, out[j], grid_size=GRID)), key=lambda part: part.area, default=mine)
-        out[k] = shapely.Polygon(mine.exterior)
+        near = np.sort(tree.query(polygons[k], predicate="intersects"))
+        out[k] = _cut(polygons[k], [out[j] for j in near if place[j] < place[k]])
     return out
 
 
-def _parts(geometry: shapely.Geometry) -> list[shapely.Polygon]:
+def _cut(outline: shapely.Polygon, others: list[shapely.Polygon]) -> shapely.Polygon:
+    """Largest part of an outline outside the others, on the grid; the outline itself where nothing is left of it."""
     import shapely
 
-    return [g for g in shapely.get_parts(geometry) if g.geom_type == "Polygon" and g.area > SLIVER]
+    hair = 0.0  # corners on the grid may lie on either side of the cut: then a hair more is cut off
+    while over := [other for other in others if outline.intersection(other).area > LEAST_OVERLAP]:
+        rest = shapely.difference(outline, shapely.union_all(shapely.buffer(over, hair, join_style="mitre")))
+        hair = HAIR
+        parts = [part for part in shapely.get_parts(shapely.set_precision(rest, GRID)) if part.area > SLIVER]
+        if not parts:
+            return outline
+        outline = shapely.Polygon(max(parts, key=lambda part: (part.area, part.bounds)).exterior)
+    return outline
