@@ -93,7 +93,7 @@ def test_read_of_laspy(benchmark: Any, scan: Path, request: pytest.FixtureReques
 def test_level(benchmark: Any, scan: Path, request: pytest.FixtureRequest) -> None:
     """Floor, ceiling and main direction of the slope method."""
     from indoor_bim import read
-    from indoor_bim.cloud.planes import level_by_pca
+    from indoor_bim.cloud.pca_levelling import level_by_pca
 
     cloud = read(scan)
     measure(benchmark, name_of(request, "level"), lambda: level_by_pca(cloud))
@@ -110,7 +110,7 @@ def test_level_of_open3d(benchmark: Any, scan: Path, request: pytest.FixtureRequ
 def test_slope_lines(benchmark: Any, scan: Path, request: pytest.FixtureRequest) -> None:
     """From the levelled cloud to wall faces."""
     from indoor_bim import read
-    from indoor_bim.cloud.planes import level_by_pca
+    from indoor_bim.cloud.pca_levelling import level_by_pca
     from indoor_bim.slope import slope_stages
 
     levelled = level_by_pca(read(scan))

@@ -9,8 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from indoor_bim import cloud, filters, plan, quality, simulate
-    from indoor_bim.cloud import levels, planes
+    from indoor_bim import cloud, filters, plan, planes, quality, simulate
+    from indoor_bim.cloud import levels
     from indoor_bim.cloud.cloud import Cloud
     from indoor_bim.cloud.read import info, read
     from indoor_bim.config import load_params
@@ -63,7 +63,7 @@ _HOME = {
     "levels": "indoor_bim.cloud.levels",
     "load_params": "indoor_bim.config:load_params",
     "plan": "indoor_bim.plan",
-    "planes": "indoor_bim.cloud.planes",
+    "planes": "indoor_bim.planes",
     "quality": "indoor_bim.quality",
     "read": "indoor_bim.cloud.read:read",
     "read_model": "indoor_bim.export.json:read_json",

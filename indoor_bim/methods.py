@@ -58,7 +58,7 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     import numpy as np
 
     from indoor_bim.cloud.cloud import WALL
-    from indoor_bim.cloud.planes import level_by_pca
+    from indoor_bim.cloud.pca_levelling import level_by_pca
     from indoor_bim.plan.back_to_back import turn_back_to_back
     from indoor_bim.plan.curtains import draw_curtains
     from indoor_bim.plan.raster import count_raster

@@ -82,7 +82,7 @@ def slope_stages(
     Parameters
     ----------
     levelled : LevelledCloud
-        Cloud with x along a main direction, as `indoor_bim.cloud.planes.level_by_pca` gives it. The lowest storey is taken.
+        Cloud with x along a main direction, as `indoor_bim.cloud.pca_levelling.level_by_pca` gives it. The lowest storey is taken.
     gror_radius : float, optional
         Radius of the outlier removal in plan, metres (r_GROR); None: 1.5 pixels.
     gror_neighbours : int, optional

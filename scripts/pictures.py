@@ -24,7 +24,7 @@ import indoor_bim
 from indoor_bim.auto import AutoStages, auto_storey
 from indoor_bim.cloud.cloud import CEILING, FLOOR, WALL, Cloud, LevelledCloud
 from indoor_bim.cloud.levels import thin
-from indoor_bim.cloud.planes import level_by_pca
+from indoor_bim.cloud.pca_levelling import level_by_pca
 from indoor_bim.export.svg import write_plans
 from indoor_bim.methods import METHODS
 from indoor_bim.model import Storey

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from indoor_bim.cloud import planes
+from indoor_bim import planes
 from indoor_bim.cloud.cloud import CEILING, FLOOR, WALL, Cloud
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.frame import Frame

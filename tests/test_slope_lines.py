@@ -5,7 +5,7 @@ import pytest
 from clouds import rooms_cloud, tilted
 
 from indoor_bim.cloud.cloud import Cloud
-from indoor_bim.cloud.planes import level_by_pca
+from indoor_bim.cloud.pca_levelling import level_by_pca
 from indoor_bim.errors import ConfigError, NothingToReconstructError
 from indoor_bim.frame import Frame
 from indoor_bim.params import Params, preset
