@@ -152,7 +152,7 @@ def voxel_of_points(
 
 
 @inlined
-def _slot_of(key, taken):  # type: ignore[no-untyped-def]
+def slot_of(key, taken):  # type: ignore[no-untyped-def]
     """Slot that holds the key, or the free one where it belongs."""
     wrap = np.uint64(len(taken) - 1)
     slot = ((np.uint64(key) * HASH) >> np.uint64(24)) & wrap
@@ -180,7 +180,7 @@ def _add(points, low, voxel_size, strides, part, parts, start, used, taken, sums
         z = 0.0 if flat else (points[i, 2] - z0) / voxel_size
         layer = np.int64(z)
         key = column * along_x + row * along_y + layer * along_z
-        slot = _slot_of(key, taken)
+        slot = slot_of(key, taken)
         if taken[slot] == FREE:
             if used == most:
                 return i, used
@@ -210,7 +210,7 @@ def _add_whole(points, unit, sides, first, strides, part, parts, start, used, ta
         z = np.rint(points[i, 2] / unit)
         layer = np.int64(np.floor(z / side_z)) - first_z
         key = column * along_x + row * along_y + layer * along_z
-        slot = _slot_of(key, taken)
+        slot = slot_of(key, taken)
         if taken[slot] == FREE:
             if used == most:
                 return i, used
@@ -235,7 +235,7 @@ def _whole_mean(slots, sums, places, unit, mean):  # type: ignore[no-untyped-def
 def _move(keys, values, taken, sums):  # type: ignore[no-untyped-def]
     """Put rows under keys that are all different into free slots."""
     for i in range(len(keys)):
-        slot = _slot_of(keys[i], taken)
+        slot = slot_of(keys[i], taken)
         taken[slot] = keys[i]
         for k in range(4):
             sums[slot, k] = values[i, k]
@@ -247,7 +247,7 @@ def _look_up(points, low, voxel_size, strides, taken, place, voxel):  # type: ig
         key = 0
         for axis in range(points.shape[1]):
             key += np.int64((points[i, axis] - low[axis]) / voxel_size) * strides[axis]
-        voxel[i] = place[_slot_of(key, taken), 0]
+        voxel[i] = place[slot_of(key, taken), 0]
 
 
 @compiled(_keys, _keys, _sums, _keys, _floats, types.float64, _keys, _keys, _means)

@@ -1,0 +1,91 @@
+"""Sums and products of coordinates box by box: the compiled inner loops of `box_moments`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+from numpy.typing import NDArray
+
+from indoor_bim.cloud.compiled import compiled
+from indoor_bim.cloud.voxel_sums import FREE, slot_of
+
+_points = types.Array(types.float64, 2, "C", readonly=True)
+_floats, _keys = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
+_table, _indices = types.Array(types.float64, 2, "C"), types.Array(types.int64, 2, "C")
+
+
+def sum_products(
+    points: NDArray[np.float64], *, sides: NDArray[np.float64], first: NDArray[np.int64], strides: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+    """Occupied boxes by ascending key: numbers of points, indices and sums.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Finite points.
+    sides : (3,) float64
+        Sides of the boxes.
+    first : (3,) int64
+        Smallest index of a box along each axis.
+    strides : (3,) int64
+        Difference of the keys of boxes that lie side by side along each axis.
+
+    Returns
+    -------
+    count : (m,) int64
+        Number of points.
+    corner : (m, 3) int64
+        Indices of the boxes; times the sides: their corners.
+    sums : (m, 9) float64
+        Sums of x, y, z, xx, yy, zz, xy, xz and yz from the corner of the box.
+    """
+    points = np.ascontiguousarray(points)
+    slots = 1 << (2 * len(points)).bit_length()
+    taken, member = np.full(slots, FREE), np.zeros(slots, dtype=np.int64)
+    number = np.zeros(len(points), dtype=np.int64)
+    boxes = _number(points, sides, first, strides, taken, member, number)
+    count, corner, sums = np.zeros(boxes, dtype=np.int64), np.zeros((boxes, 3), dtype=np.int64), np.zeros((boxes, 9))
+    _sum(points, sides, number, count, corner, sums)
+    order = np.argsort((corner - first) @ strides)
+    return count[order], corner[order], sums[order]
+
+
+@compiled(_points, _floats, _keys, _keys, _keys, _keys, _keys)
+def _number(points, sides, first, strides, taken, member, number):  # type: ignore[no-untyped-def]
+    """Number the boxes in order of appearance; returns how many there are."""
+    boxes = 0
+    for i in range(len(points)):
+        column = np.int64(np.floor(points[i, 0] / sides[0])) - first[0]
+        row = np.int64(np.floor(points[i, 1] / sides[1])) - first[1]
+        layer = np.int64(np.floor(points[i, 2] / sides[2])) - first[2]
+        key = column * strides[0] + row * strides[1] + layer * strides[2]
+        slot = slot_of(key, taken)
+        if taken[slot] == FREE:
+            taken[slot] = key
+            member[slot] = boxes
+            boxes += 1
+        number[i] = member[slot]
+    return boxes
+
+
+@compiled(_points, _floats, _keys, _keys, _indices, _table)
+def _sum(points, sides, number, count, corner, sums):  # type: ignore[no-untyped-def]
+    for i in range(len(points)):
+        box = number[i]
+        if count[box] == 0:
+            for axis in range(3):
+                corner[box, axis] = np.int64(np.floor(points[i, axis] / sides[axis]))
+        count[box] += 1
+        x = points[i, 0] - corner[box, 0] * sides[0]
+        y = points[i, 1] - corner[box, 1] * sides[1]
+        z = points[i, 2] - corner[box, 2] * sides[2]
+        total = sums[box]
+        total[0] += x
+        total[1] += y
+        total[2] += z
+        total[3] += x * x
+        total[4] += y * y
+        total[5] += z * z
+        total[6] += x * y
+        total[7] += x * z
+        total[8] += y * z

@@ -1,0 +1,74 @@
+"""Heights that many surface pieces share."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+LEVEL_TOLERANCE = 0.06
+
+
+def height_peaks(height: Floats, *, share: float, step: float = 0.01) -> list[float]:
+    """Heights that many surface pieces share, most first.
+
+    Parameters
+    ----------
+    height : (n,) float64
+        Heights, metres.
+    share : float
+        Least number of pieces, as a share of the largest number.
+    step : float
+        Width of the bins, metres.
+    """
+    if not len(height):
+        return []
+    ascending = np.sort(height)
+    low = float(ascending[0]) - 1.0
+    histogram = np.bincount(((ascending - low) / step).astype(np.int64)).astype(float)
+    histogram = np.pad(histogram, (0, 100))
+    half = round(LEVEL_TOLERANCE / step)
+    kernel = np.maximum(1 - (np.arange(-half, half + 1) / (half + 1)) ** 2, 0)
+    smooth = np.convolve(histogram, kernel, mode="same")
+    peaks: list[float] = []
+    least = share * smooth.max()
+    while smooth.max() >= max(least, 1.0):
+        top = int(np.argmax(smooth))
+        guess = low + (top + 0.5) * step
+        near = ascending[slice(*np.searchsorted(ascending, [guess - LEVEL_TOLERANCE, guess + LEVEL_TOLERANCE]))]
+        peaks.append(float(near[(len(near) - 1) // 2] + near[len(near) // 2]) / 2 if len(near) else guess)
+        smooth[max(top - 2 * half, 0) : top + 2 * half + 1] = 0
+    return peaks
+
+
+def nearest_peak(height: Floats, peaks: Floats) -> NDArray[np.int64]:
+    """Place of the nearest of some peaks for each height.
+
+    Parameters
+    ----------
+    height : (n,) float64
+        Heights, metres.
+    peaks : (m,) float64
+        At least one height, in any order, metres.
+
+    Examples
+    --------
+    >>> nearest_peak(np.array([0.1, 2.0, 9.0]), np.array([2.5, 0.0])).tolist()
+    [1, 0, 0]
+    """
+    order = np.argsort(peaks)
+    between = (peaks[order][1:] + peaks[order][:-1]) / 2
+    nearest: NDArray[np.int64] = order[np.searchsorted(between, height)]
+    return nearest
+
+
+def level_at(height: Floats, guess: float) -> float:
+    """Robust mean of the surface heights around a guess, metres."""
+    near = height[np.abs(height - guess) < 5 * LEVEL_TOLERANCE]
+    value = guess
+    for _ in range(4):
+        residual = near - value
+        weight = np.maximum(1 - (residual / LEVEL_TOLERANCE) ** 2, 0) ** 2
+        value += float((weight * residual).sum() / max(weight.sum(), 1e-12))
+    return value

@@ -1,0 +1,78 @@
+"""The main direction of a building in plan, from the lines that its walls share."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.cloud.box_moments import FEW_POINTS, box_moments
+from indoor_bim.cloud.heights import height_peaks, nearest_peak
+
+Floats = NDArray[np.float64]
+
+_COLUMN = 0.05
+
+
+def main_direction(points: Floats) -> float:
+    """Angle of the building's main direction in plan, radians in (-pi/4, pi/4].
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Thinned upright points, metres.
+
+    Returns
+    -------
+    float
+        Angle from the x axis to the nearer of the two main directions.
+    """
+    columns = box_moments(np.column_stack([points[:, :2], np.zeros(len(points))]), sides=(_COLUMN, _COLUMN, _COLUMN))
+    weight = np.minimum(columns.count, 40).astype(np.float64) ** 2
+    wall = weight >= np.quantile(weight, 0.7)
+    xy, weight = np.ascontiguousarray(columns.mean[wall, :2]), weight[wall]
+    best = 0.0
+    for reach, step, width in ((45.0, 1.0, 0.10), (1.5, 0.25, 0.05), (0.3, 0.05, 0.03), (0.06, 0.01, 0.03)):
+        angles = best + np.radians(np.arange(-reach, reach + step / 2, step))
+        best = float(angles[int(np.argmax([_sharpness(xy, weight, a, width) for a in angles]))])
+    for width in (0.06, 0.05, 0.04, 0.04):
+        best += _common_turn(xy, weight, best, width)
+    return float(np.pi / 4 - np.mod(np.pi / 4 - best, np.pi / 2))
+
+
+def _sharpness(xy: Floats, weight: Floats, angle: float, width: float) -> float:
+    """How well points line up along a direction and across it."""
+    directions = ((np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle)))
+    if len(xy) <= FEW_POINTS:
+        return sum(energy_by_bincount(xy, weight, *direction, width) for direction in directions)
+    from indoor_bim.cloud.point_loops import histogram_energy
+
+    return float(sum(histogram_energy(xy, weight, *direction, width) for direction in directions))
+
+
+def energy_by_bincount(xy: Floats, weight: Floats, cosine: float, sine: float, width: float) -> float:
+    """Twin of `point_loops.histogram_energy` in numpy: slower, for few points."""
+    offset = (xy @ np.array([cosine, sine])) / width
+    base = np.floor(offset).astype(np.int64)
+    fraction = offset - base
+    base -= base.min()
+    histogram = np.bincount(base, weights=weight * (1 - fraction), minlength=int(base.max()) + 2)
+    histogram += np.bincount(base + 1, weights=weight * fraction, minlength=int(base.max()) + 2)
+    return float((histogram**2).sum())
+
+
+def _common_turn(xy: Floats, weight: Floats, angle: float, width: float) -> float:
+    """Least-squares turn of the wall lines along and across a direction, Tukey weights."""
+    along = xy @ np.array([np.cos(angle), np.sin(angle)])
+    across = xy @ np.array([-np.sin(angle), np.cos(angle)])
+    numerator = denominator = 0.0
+    for u, v in ((along, across), (-across, along)):
+        peaks = np.array(height_peaks(v, share=0.15))
+        nearest = nearest_peak(v, peaks)
+        residual = v - peaks[nearest]
+        w = weight * np.maximum(1 - (residual / width) ** 2, 0) ** 2
+        total = np.maximum(np.bincount(nearest, weights=w, minlength=len(peaks)), 1e-12)
+        du = u - (np.bincount(nearest, weights=w * u, minlength=len(peaks)) / total)[nearest]
+        dv = v - (np.bincount(nearest, weights=w * v, minlength=len(peaks)) / total)[nearest]
+        numerator += float((w * du * dv).sum())
+        denominator += float((w * du * du).sum())
+    return float(np.arctan2(numerator, denominator)) if denominator > 0 else 0.0

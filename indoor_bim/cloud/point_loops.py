@@ -1,0 +1,49 @@
+"""Compiled loops over points, one small piece of arithmetic each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from indoor_bim.cloud.compiled import compiled
+
+_points = types.Array(types.float64, 2, "C", readonly=True)
+_floats, _table = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
+_bytes = types.Array(types.uint8, 1, "C")
+
+
+@compiled(_points, _table, _floats, _table)
+def move(points, rotation, shift, out):  # type: ignore[no-untyped-def]
+    """Turn and shift points (n, 3)."""
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        for k in range(3):
+            out[i, k] = x * rotation[k, 0] + y * rotation[k, 1] + z * rotation[k, 2] + shift[k]
+
+
+@compiled(_points, _floats, _bytes, types.float64, _bytes)
+def label_heights(points, heights, labels, tolerance, out):  # type: ignore[no-untyped-def]
+    """Label points (n, 3) that are closer than the tolerance to a height; the last such height counts."""
+    for i in range(len(points)):
+        for k in range(len(heights)):
+            if abs(points[i, 2] - heights[k]) < tolerance:
+                out[i] = labels[k]
+
+
+@compiled(_table, _floats, types.float64, types.float64, types.float64)
+def histogram_energy(xy, weight, cosine, sine, width):  # type: ignore[no-untyped-def]
+    """Sum of the squared bins of the weights over the distances along a direction; a weight is shared by the two nearest bins."""
+    low = high = (xy[0, 0] * cosine + xy[0, 1] * sine) / width
+    for i in range(len(xy)):
+        place = (xy[i, 0] * cosine + xy[i, 1] * sine) / width
+        low, high = min(low, place), max(high, place)
+    first = np.floor(low)
+    bins = np.zeros(int(np.floor(high) - first) + 2)
+    for i in range(len(xy)):
+        place = (xy[i, 0] * cosine + xy[i, 1] * sine) / width
+        below = np.floor(place)
+        fraction = place - below
+        k = int(below - first)
+        bins[k] += weight[i] * (1 - fraction)
+        bins[k + 1] += weight[i] * fraction
+    return (bins * bins).sum()

@@ -1,0 +1,108 @@
+"""The vertical of a scan, from its floors and ceilings."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.cloud.heights import height_peaks, nearest_peak
+from indoor_bim.cloud.motion import moved
+from indoor_bim.cloud.plane_pieces import CELL, patches
+from indoor_bim.errors import NothingToReconstructError
+
+Floats = NDArray[np.float64]
+
+_UP = np.array([0.0, 0.0, 1.0])
+_CONVERGED = 1e-5  # radians: 0.2 mm over 20 m
+
+
+def upright(points: Floats) -> Floats:
+    """Rotation that makes floors and ceilings level.
+
+    The direction that most plane pieces share within 45 degrees of the z axis gives the vertical to a few tenths of a
+    degree; planes of one common normal through all floors and ceilings, fitted robustly, give it to a few hundredths.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Thinned points, metres, z roughly up.
+
+    Returns
+    -------
+    (3, 3) float64
+        Proper rotation; the smallest one.
+
+    Raises
+    ------
+    NothingToReconstructError
+        If no level surface is found.
+    """
+    flat = patches(points)
+    up = flat.normal * np.where(flat.normal[:, 2:] < 0, -1.0, 1.0)
+    steep = up[:, 2] > np.cos(np.radians(45))
+    if steep.sum() < 4:
+        raise NothingToReconstructError(
+            f"found {int(steep.sum())} level surface pieces of {CELL} m in {len(points)} thinned points, expected a floor or a ceiling: "
+            "check the up axis and the unit of the scan"
+        )
+    vertical = _common_direction(up[steep])
+    for _ in range(6):
+        before, vertical = vertical, _fit_levels(points, vertical)
+        if np.linalg.norm(vertical - before) < _CONVERGED:
+            break
+    return _rotation_between(vertical, _UP)
+
+
+def _common_direction(up: Floats) -> Floats:
+    """Mode of unit vectors in the upper half space."""
+    plane = up[:, :2] / up[:, 2:]
+    start, bins = -1.0, 100
+    cell = np.clip(((plane - start) / (2 / bins)).astype(np.int64), 0, bins - 1)
+    votes = np.bincount(cell[:, 0] * bins + cell[:, 1], minlength=bins * bins).reshape(bins, bins).astype(float)
+    padded = np.pad(votes, 2)
+    smooth = np.sum([padded[i : i + bins, j : j + bins] for i in range(5) for j in range(5)], axis=0)
+    row, column = np.unravel_index(int(np.argmax(smooth)), smooth.shape)
+    mode = start + (np.array([row, column]) + 0.5) * 2 / bins
+    for width in (0.10, 0.06, 0.04, 0.03):
+        distance = np.hypot(*(plane - mode).T)
+        weight = np.maximum(1 - (distance / width) ** 2, 0) ** 2
+        mode = (weight[:, None] * plane).sum(axis=0) / max(weight.sum(), 1e-12)
+    vertical = np.array([mode[0], mode[1], 1.0])
+    unit: Floats = vertical / np.linalg.norm(vertical)
+    return unit
+
+
+def _fit_levels(points: Floats, vertical: Floats) -> Floats:
+    """One Gauss-Newton step of planes with a common normal through all level surfaces, Tukey weights."""
+    turn = _rotation_between(vertical, _UP)
+    flat = patches(moved(points, turn))
+    level = flat.centre[np.abs(flat.normal[:, 2]) > np.cos(np.radians(6))]
+    if len(level) < 4:
+        return vertical
+    slope = np.zeros(2)
+    for width in (0.25, 0.15, 0.10, 0.06, 0.05, 0.05):
+        height = level[:, 2] - level[:, :2] @ slope
+        peaks = np.array(height_peaks(height, share=0.05))
+        nearest = nearest_peak(height, peaks)
+        residual = height - peaks[nearest]
+        near = np.abs(residual) < width
+        weight = np.where(near, (1 - (residual / width) ** 2) ** 2, 0.0)
+        total = np.maximum(np.bincount(nearest, weights=weight, minlength=len(peaks)), 1e-12)
+        mean = np.column_stack([np.bincount(nearest, weights=weight * level[:, k], minlength=len(peaks)) / total for k in range(3)])
+        centred = level - mean[nearest]
+        a = (weight[:, None] * centred[:, :2]).T @ centred[:, :2]
+        if np.linalg.eigvalsh(a)[0] < 1e-6:
+            return vertical
+        slope = np.linalg.solve(a, (weight[:, None] * centred[:, :2]).T @ centred[:, 2])
+    up = np.array([-slope[0], -slope[1], 1.0])
+    back: Floats = turn.T @ (up / np.linalg.norm(up))
+    return back
+
+
+def _rotation_between(a: Floats, b: Floats) -> Floats:
+    """Smallest rotation that takes unit vector `a` to unit vector `b`."""
+    axis = np.cross(a, b)
+    cosine = float(a @ b)
+    k = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
+    rotation: Floats = np.eye(3) + k + k @ k / (1.0 + cosine)
+    return rotation
