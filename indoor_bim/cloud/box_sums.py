@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 from indoor_bim.cloud.compiled import compiled
 from indoor_bim.cloud.voxel_sums import FREE, slot_of
 
+FIRST_SLOTS = 1 << 14
+
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _floats, _keys = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
 _table, _indices = types.Array(types.float64, 2, "C"), types.Array(types.int64, 2, "C")
@@ -40,32 +42,48 @@ def sum_products(
         Sums of x, y, z, xx, yy, zz, xy, xz and yz from the corner of the box.
     """
     points = np.ascontiguousarray(points)
-    slots = 1 << (2 * len(points)).bit_length()
-    taken, member = np.full(slots, FREE), np.zeros(slots, dtype=np.int64)
     number = np.zeros(len(points), dtype=np.int64)
-    boxes = _number(points, sides, first, strides, taken, member, number)
+    taken, member = np.full(FIRST_SLOTS, FREE), np.zeros(FIRST_SLOTS, dtype=np.int64)
+    done = boxes = 0
+    while True:
+        done, boxes = _number(points, sides, first, strides, done, boxes, taken, member, number)
+        if done == len(points):
+            break
+        keys, places = taken[taken != FREE], member[taken != FREE]
+        taken, member = np.full(4 * len(taken), FREE), np.zeros(4 * len(member), dtype=np.int64)
+        _insert(keys, places, taken, member)
     count, corner, sums = np.zeros(boxes, dtype=np.int64), np.zeros((boxes, 3), dtype=np.int64), np.zeros((boxes, 9))
     _sum(points, sides, number, count, corner, sums)
     order = np.argsort((corner - first) @ strides)
     return count[order], corner[order], sums[order]
 
 
-@compiled(_points, _floats, _keys, _keys, _keys, _keys, _keys)
-def _number(points, sides, first, strides, taken, member, number):  # type: ignore[no-untyped-def]
-    """Number the boxes in order of appearance; returns how many there are."""
-    boxes = 0
-    for i in range(len(points)):
+@compiled(_keys, _keys, _keys, _keys)
+def _insert(keys, places, taken, member):  # type: ignore[no-untyped-def]
+    """Put keys that are all different into free slots."""
+    for i in range(len(keys)):
+        slot = slot_of(keys[i], taken)
+        taken[slot] = keys[i]
+        member[slot] = places[i]
+
+
+@compiled(_points, _floats, _keys, _keys, types.int64, types.int64, _keys, _keys, _keys)
+def _number(points, sides, first, strides, start, boxes, taken, member, number):  # type: ignore[no-untyped-def]
+    """Number the boxes in order of appearance until half of the slots are taken; returns the points done and the boxes found."""
+    for i in range(start, len(points)):
         column = np.int64(np.floor(points[i, 0] / sides[0])) - first[0]
         row = np.int64(np.floor(points[i, 1] / sides[1])) - first[1]
         layer = np.int64(np.floor(points[i, 2] / sides[2])) - first[2]
         key = column * strides[0] + row * strides[1] + layer * strides[2]
         slot = slot_of(key, taken)
         if taken[slot] == FREE:
+            if 2 * boxes == len(taken):
+                return i, boxes
             taken[slot] = key
             member[slot] = boxes
             boxes += 1
         number[i] = member[slot]
-    return boxes
+    return len(points), boxes
 
 
 @compiled(_points, _floats, _keys, _keys, _indices, _table)
