@@ -55,16 +55,9 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     stages : Stages
         Keeps every stage's product.
     """
-    import numpy as np
-
-    from indoor_bim.cloud.cloud import WALL
     from indoor_bim.cloud.pca_levelling import level_by_pca
-    from indoor_bim.plan.back_to_back import turn_back_to_back
-    from indoor_bim.plan.curtains import draw_curtains
-    from indoor_bim.plan.raster import count_raster
-    from indoor_bim.plan.selection import wall_like
-    from indoor_bim.plan.storey_plan import StoreyPlan
     from indoor_bim.slope import slope_stages
+    from indoor_bim.slope_plan import slope_plan
     from indoor_bim.storeys import storey_from_plan
 
     chosen = params.slope
@@ -74,13 +67,7 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     with stages("lines") as keep:
         lines = slope_stages(levelled, **chosen.model_dump(exclude={"grid_count"}))
         keep(lines)
-    level = levelled.storeys[0]
-    faces = lines.segments
-    height = (level.ceiling or float(np.nanmax(faces.top))) - (level.floor or 0.0)
-    faces = faces.take(wall_like(faces, storey_height=height))
-    horizontal = count_raster(levelled.points[levelled.part != WALL, :2], cell=0.02)
-    faces = draw_curtains(turn_back_to_back(faces, horizontal))
-    plan = StoreyPlan(faces, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)
+    plan = slope_plan(levelled, lines.segments, free=lines.free)
     with stages("walls") as keep:
         made = storey_from_plan(plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness, far_snap=1.5)
         keep(made)

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plans import FLAT, box, faces_of_rooms
+from plans import FLAT, box, faces_of_rooms, turned
 
-from indoor_bim.plan.alignment import align_faces
+from indoor_bim.plan.alignment import align_faces, share_lines
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.shared_thickness import share_thickness
 from indoor_bim.plan.walls import Walls, walls_from_faces
@@ -56,14 +56,14 @@ def test_sharing_leaves_exact_walls_alone():
     assert share_thickness(walls).thickness == pytest.approx(walls.thickness, abs=1e-12)
 
 
-@pytest.mark.parametrize(("degrees", "length", "turned"), [(0.2, 6.0, True), (0.2, 30.0, False), (2.0, 1.0, False), (2.0, 6.0, False)])
-def test_only_what_a_bent_map_explains_is_turned(degrees, length, turned):
+@pytest.mark.parametrize(("degrees", "length", "squared"), [(0.2, 6.0, True), (0.2, 30.0, False), (2.0, 1.0, False), (2.0, 6.0, False)])
+def test_only_what_a_bent_map_explains_is_turned(degrees, length, squared):
     a = np.radians(degrees)
     for base in (0.0, np.pi / 2):
         end = length * np.array([np.cos(base + a), np.sin(base + a)])
         out = align_faces(Segments.from_ends([[0.0, 0.0]], [end]), tolerance=0.02)
         off = np.abs(out.direction[0]).min()
-        assert off == pytest.approx(0.0 if turned else np.sin(a), abs=1e-12)
+        assert off == pytest.approx(0.0 if squared else np.sin(a), abs=1e-12)
         assert (out.p + out.q) / 2 == pytest.approx(end[None] / 2)
 
 
@@ -71,3 +71,39 @@ def test_the_tolerance_is_the_accuracy_of_the_scan():
     faces = replace(faces_of_rooms(box(0, 0, 4, 3)), q=np.array([[4.0, 0.01], [4, 3], [0, 3], [0, 0]]))
     assert align_faces(replace(faces, rmse=np.full(4, 0.001))).q[0].tolist() == [4.0, 0.01]
     assert align_faces(replace(faces, rmse=np.full(4, 0.02))).q[0].tolist() == [4.0, 0.005]
+
+
+def bent_facade(*offsets: float) -> Segments:
+    """Rooms 4 m wide along y = 0, each with its own error of place, seen from above."""
+    x = 4.2 * np.arange(len(offsets))
+    faces = Segments.from_ends(np.column_stack([x, offsets]), np.column_stack([x + 4.0, offsets]))
+    return replace(faces, sided=np.full(len(offsets), True))
+
+
+@pytest.mark.parametrize("degrees", [0.0, 37.0, 90.0, 180.0])
+def test_the_pieces_of_a_facade_lie_on_one_line(degrees):
+    shared = share_lines(turned(bent_facade(0.0, 0.018, -0.01, 0.004), degrees))
+    straight = turned(bent_facade(*[0.003] * 4), degrees)
+    np.testing.assert_allclose(shared.p, straight.p, atol=1e-12)
+    np.testing.assert_allclose(shared.q, straight.q, atol=1e-12)
+
+
+def test_steps_and_other_sides_and_other_directions_stay():
+    step = bent_facade(0.0, 0.10)
+    backs = Segments.from_ends(step.q + np.array([0.0, 0.01]), step.p + np.array([0.0, 0.01]))
+    across = Segments.from_ends([[0.0, 0.0], [0.0, 0.01]], [[0.0, 3.0], [3.0, 3.01]])
+    for faces in (step, replace(bent_facade(0.0, 0.02), sided=np.zeros(2, dtype=bool)), replace(across, sided=np.full(2, True))):
+        assert share_lines(faces).p.tolist() == faces.p.tolist()
+    both = share_lines(
+        replace(Segments.from_ends(np.vstack([step.p, backs.p]), np.vstack([step.q, backs.q])), sided=np.full(4, True)), tolerance=0.03
+    )
+    assert both.p[:2].tolist() == step.p.tolist()
+
+
+def test_no_face_moves_farther_than_the_tolerance_spans():
+    offsets = np.random.default_rng(5).uniform(-0.3, 0.3, 60)
+    faces = bent_facade(*offsets)
+    shared = share_lines(faces, tolerance=0.03)
+    assert np.abs(shared.p - faces.p).max() <= 0.06
+    assert len(np.unique(shared.p[:, 1])) <= 20
+    assert np.array_equal(shared.p[:, 0], faces.p[:, 0])
