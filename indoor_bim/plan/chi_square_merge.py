@@ -1,0 +1,200 @@
+"""Segments that are one line within their uncertainty become one, tested by chi square."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.polar_fit import PolarLines, fit_lines, project_ends
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+CROSSING_COS = np.cos(np.radians(30.0))  # what is less parallel than this to a line can end in a gap of it
+CROSSING_REACH = 0.10  # metres around a gap
+TOUCHING = 0.03  # metres: a shorter gap cannot hold the end of another wall
+
+
+def chi_square_limit(sigma: float) -> float:
+    """Largest chi square of two degrees of freedom that is as probable as a deviation of `sigma` standard deviations.
+
+    Examples
+    --------
+    >>> round(chi_square_limit(3.0), 2)
+    11.83
+    """
+    return -2 * math.log(math.erfc(sigma / math.sqrt(2)))
+
+
+def chi_square(first: PolarLines, second: PolarLines, *, sided: NDArray[np.bool_] | bool = True) -> Floats:
+    """Chi square of the difference of lines, row by row (section 1.4.1; Pfister et al., section V).
+
+    With dL = (difference of alpha, difference of R) it is dLᵀ (P1 + P2)⁻¹ dL. Compare lines with respect to an origin near both
+    (`PolarLines.moved`): what one says about a far place is worth little.
+
+    Parameters
+    ----------
+    first, second : PolarLines
+        Lines.
+    sided : bool or (m,) bool
+        True where the normals tell sides apart; elsewhere a line equals the same line with the opposite normal.
+
+    Returns
+    -------
+    (m,) float64
+
+    Examples
+    --------
+    >>> matrix = np.diag([1e-4, 1e-4])[None]
+    >>> a, b = (PolarLines(np.zeros(1), np.array([r]), matrix) for r in (2.0, 2.02))
+    >>> chi_square(a, b).round(6).tolist()
+    [2.0]
+    """
+    turned = (second.alpha - first.alpha + np.pi) % (2 * np.pi) - np.pi
+    other = ~np.broadcast_to(sided, turned.shape) & (np.abs(turned) > np.pi / 2)
+    d_alpha = np.where(other, (turned + np.pi / 2) % np.pi - np.pi / 2, turned)
+    sign = np.where(other, -1.0, 1.0)
+    d_radius = sign * second.radius - first.radius
+    total = first.covariance + second.covariance
+    cross = first.covariance[:, 0, 1] + sign * second.covariance[:, 0, 1]
+    aa, rr = total[:, 0, 0], total[:, 1, 1]
+    out: Floats = (d_alpha**2 * rr - 2 * d_alpha * d_radius * cross + d_radius**2 * aa) / (aa * rr - cross**2)
+    return out
+
+
+def with_map_noise(lines: PolarLines, p: Floats, q: Floats, *, noise: float) -> PolarLines:
+    """Lines whose covariance also holds the error of the map: points measured at about the same time are off by the same.
+
+    Parameters
+    ----------
+    lines : PolarLines
+        Lines.
+    p, q : (m, 2) float64
+        Their ends, metres.
+    noise : float
+        Standard deviation with which a stretch of wall is off as a whole, metres.
+    """
+    middle = (p + q) / 2
+    here = lines.moved(middle)
+    length = np.maximum(np.hypot(*(q - p).T), 1e-6)
+    covariance = here.covariance.copy()
+    covariance[:, 0, 0] += 12 * (noise / length) ** 2
+    covariance[:, 1, 1] += noise**2
+    wider = PolarLines(here.alpha, here.radius, covariance)
+    return wider.moved(-middle)
+
+
+def merge_lines(
+    points: Floats,
+    group: Ints,
+    covariance: Floats,
+    *,
+    front: Floats | None = None,
+    sigma: float = 3.0,
+    gap: float = 0.5,
+    map_noise: float = 0.0,
+) -> Ints:
+    """Merge sets of points whose lines do not differ by more than their uncertainty, and that lie close to one another.
+
+    In every round each set is compared with all within `gap`; sets that are each other's best match are merged, and all lines are fitted
+    again. So the order of the sets and of the points does not matter. Sets are kept apart where another wall ends in the gap between them.
+
+    Parameters
+    ----------
+    points : (n, 2) float64
+        Points, metres.
+    group : (n,) int64
+        Set of each point; negative: none.
+    covariance : (n, 2, 2) float64
+        Covariance of each point, square metres.
+    front : (m, 2) float64, optional
+        For each set a place in front of it, metres, NaN where not known: faces that look to opposite sides are not merged.
+    sigma : float
+        Gate in standard deviations.
+    gap : float
+        Largest distance between two sets, metres.
+    map_noise : float
+        Standard deviation of the map, metres, see `with_map_noise`.
+
+    Returns
+    -------
+    (n,) int64
+        New sets, numbered from 0 by the coordinates of their ends.
+    """
+    group = group.copy()
+    limit = chi_square_limit(sigma)
+    count = int(group.max(initial=-1)) + 1
+    front = np.full((count, 2), np.nan) if front is None else front.copy()
+    while True:
+        lines = fit_lines(points, group, covariance, count=count)
+        known = np.isfinite(front[:, 0]) & np.isfinite(lines.alpha)
+        lines = lines.facing(np.where(known[:, None], front, np.nan))
+        p, q = project_ends(points, group, lines)
+        pairs = _best_pairs(with_map_noise(lines, p, q, noise=map_noise), p, q, known, gap=gap, limit=limit)
+        if not len(pairs):
+            break
+        target = np.arange(count)
+        target[pairs[:, 1]] = pairs[:, 0]
+        size = np.bincount(group[group >= 0], minlength=count)[:, None]
+        weight = np.where(np.isfinite(front), size, 0)
+        total = np.nan_to_num(front) * weight
+        np.add.at(total, pairs[:, 0], total[pairs[:, 1]])
+        np.add.at(weight, pairs[:, 0], weight[pairs[:, 1]])
+        with np.errstate(invalid="ignore"):
+            merged = total / weight
+        present, number = np.unique(target, return_inverse=True)
+        front = merged[present]
+        group = np.where(group >= 0, number[target[group]], -1)
+        count = len(present)
+    swap = (q[:, 0] < p[:, 0]) | ((q[:, 0] == p[:, 0]) & (q[:, 1] < p[:, 1]))
+    ends = np.round(np.where(swap[:, None], np.hstack([q, p]), np.hstack([p, q])), 6)
+    rank = np.zeros(count, dtype=np.int64)
+    rank[np.lexsort(ends.T[::-1])] = np.arange(count)
+    out: Ints = np.where(group >= 0, rank[group], -1) if count else group
+    return out
+
+
+def _best_pairs(lines: PolarLines, p: Floats, q: Floats, known: NDArray[np.bool_], *, gap: float, limit: float) -> Ints:
+    """Rows (k, 2) of lines that are each other's best match within the gate."""
+    import shapely
+
+    usable = np.flatnonzero(np.isfinite(p).all(axis=1) & np.isfinite(q).all(axis=1) & np.isfinite(lines.alpha))
+    shapes = shapely.linestrings(np.stack([p[usable], q[usable]], axis=1))
+    near = shapely.STRtree(shapes).query(shapes, predicate="dwithin", distance=gap)
+    i, j = usable[near[:, near[0] < near[1]]]
+    origin = (p[i] + q[i] + p[j] + q[j]) / 4
+    value = chi_square(lines.take(i).moved(origin), lines.take(j).moved(origin), sided=known[i] & known[j])
+    good = value <= limit
+    i, j, value = i[good], j[good], value[good]
+    apart = _wall_ends_between(lines, p, q, i, j, usable)
+    i, j, value = i[~apart], j[~apart], value[~apart]
+    # each set's best match: smallest chi square, ties by where the other one lies
+    a, b, v = np.concatenate([i, j]), np.concatenate([j, i]), np.round(np.tile(value, 2), 9)
+    middle = np.round((p + q) / 2, 6)
+    order = np.lexsort((middle[b, 1], middle[b, 0], v, a))
+    first = order[np.append(True, a[order][1:] != a[order][:-1])] if len(order) else order
+    best = np.full(len(lines), -1, dtype=np.int64)
+    best[a[first]] = b[first]
+    mutual = (best[i] == j) & (best[j] == i)
+    return np.column_stack([i[mutual], j[mutual]])
+
+
+def _wall_ends_between(lines: PolarLines, p: Floats, q: Floats, i: Ints, j: Ints, usable: Ints) -> NDArray[np.bool_]:
+    """Pairs between which a crossing line ends: a partition that meets the wall there."""
+    out = np.zeros(len(i), dtype=bool)
+    along = lines.along
+    for k in range(len(i)):
+        d = along[i[k]]
+        mine = np.sort([p[i[k]] @ d, q[i[k]] @ d])
+        other = np.sort([p[j[k]] @ d, q[j[k]] @ d])
+        low, high = (mine[1], other[0]) if other[0] > mine[0] else (other[1], mine[0])
+        if high - low < TOUCHING:
+            continue
+        n = lines.normal[i[k]]
+        across = usable[np.abs(along[usable] @ d) < CROSSING_COS]
+        ends = np.vstack([p[across], q[across]])
+        at, off = ends @ d, np.abs(ends @ n - lines.radius[i[k]])
+        out[k] = bool(((at > low - TOUCHING) & (at < high + TOUCHING) & (off < CROSSING_REACH)).any())
+    return out

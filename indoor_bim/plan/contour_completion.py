@@ -1,0 +1,152 @@
+"""Contour completion: ends of segments extended to corners, closed over small gaps, or left open as a door or window."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.segments import Segments
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+HALF_RIGHT_COS = np.cos(np.radians(45.0))  # less parallel: the ends make a corner; more: a gap
+IN_LINE = 0.05  # metres across: ends that are farther apart make a step, not a bend
+CORNER, CLOSED, GAP = 1, 2, 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contour:
+    """Segments and how their ends hang together.
+
+    Parameters
+    ----------
+    segments : Segments
+        The segments, ends moved.
+    follows : (m, 2) int64
+        For the start and the end of each segment the end that it is linked to, as twice its row plus 0 for a start and 1 for an end; -1: none.
+    kind : (m, 2) int8
+        How: `CORNER`, `CLOSED`, `GAP`; 0: not linked.
+    """
+
+    segments: Segments
+    follows: Ints
+    kind: NDArray[np.int8]
+
+    def gaps(self) -> Ints:
+        """Pairs (k, 2) of ends with a gap between them that is left for a door or window, the smaller first."""
+        ends = np.flatnonzero(self.kind.ravel() == GAP)
+        partner = self.follows.ravel()[ends]
+        return np.column_stack([ends, partner])[ends < partner]
+
+    def place(self, ends: Ints) -> Floats:
+        """Place (k, 2) of ends given as twice the row plus 0 or 1, metres."""
+        spots: Floats = np.stack([self.segments.p, self.segments.q], axis=1).reshape(-1, 2)[ends]
+        return spots
+
+    def rings(self) -> list[list[int]]:
+        """Rows of the segments of each closed contour, in the order in which they follow one another."""
+        follows = self.follows.ravel()
+        rings, seen = [], np.zeros(len(self.segments), dtype=bool)
+        for start in range(len(self.segments)):
+            ring, end = [], 2 * start + 1
+            while not seen[end // 2] and follows[end] >= 0:
+                seen[end // 2] = True
+                ring.append(end // 2)
+                end = int(follows[end]) ^ 1
+            if ring and end == 2 * start + 1:
+                rings.append(ring)
+        return rings
+
+
+def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5, widest: float = 3.0) -> Contour:
+    """Complete the contour that segments are parts of (section 1.4.2).
+
+    Ends of two segments are linked, the nearest first, each to one other end; ends of faces whose side is known only so that free space stays on
+    the same side. At an angle of 45 to 90 degrees both become the intersection of the lines. At a smaller angle and end to end, both become
+    their mean where they are less than `gap` apart along x and along y; otherwise the gap is left for a door or window. Segments
+    that lie side by side are left alone.
+
+    Parameters
+    ----------
+    segments : Segments
+        Segments, metres, x along a main direction.
+    gap : float
+        Gaps shorter than this along x and along y are closed, metres.
+    reach : float
+        Ends are moved to a corner by no more than this, metres.
+    widest : float
+        Gaps wider than this are not linked, metres.
+
+    Returns
+    -------
+    Contour
+        Segments with moved ends, and the links.
+
+    Examples
+    --------
+    >>> corner = complete_contour(Segments.from_ends([[0, 0], [3.1, 0.2]], [[2.9, 0], [3.1, 2]]))
+    >>> corner.segments.q[0].tolist(), corner.segments.p[1].tolist()
+    ([3.1, 0.0], [3.1, 0.0])
+    >>> door = complete_contour(Segments.from_ends([[0, 0], [3, 0]], [[2, 0], [5, 0]]))
+    >>> door.gaps().tolist()
+    [[1, 2]]
+    """
+    m = len(segments)
+    follows, kind = np.full(2 * m, -1, dtype=np.int64), np.zeros(2 * m, dtype=np.int8)
+    if m < 2:
+        return Contour(segments, follows.reshape(-1, 2), kind.reshape(-1, 2))
+    a, b, how, cost, target = _links(segments, gap=gap, reach=reach, widest=widest)
+    ends = np.stack([segments.p, segments.q], axis=1).reshape(-1, 2)
+    place = np.round(ends, 6)
+    order = np.lexsort((place[b, 1], place[b, 0], place[a, 1], place[a, 0], np.round(cost, 6), how == GAP))
+    moved = ends.copy()
+    for k in order:
+        if follows[a[k]] >= 0 or follows[b[k]] >= 0 or follows[a[k] ^ 1] == b[k]:
+            continue
+        follows[a[k]], follows[b[k]] = b[k], a[k]
+        kind[a[k]] = kind[b[k]] = how[k]
+        if how[k] != GAP:
+            moved[a[k]] = moved[b[k]] = target[k]
+    p, q = moved[0::2], moved[1::2]
+    turned = ((q - p) * segments.direction).sum(axis=1) <= 0
+    p, q = np.where(turned[:, None], segments.p, p), np.where(turned[:, None], segments.q, q)
+    lost = np.repeat(turned, 2)
+    lost |= lost[follows] & (follows >= 0)
+    follows[lost], kind[lost] = -1, 0
+    return Contour(replace(segments, p=p, q=q), follows.reshape(-1, 2), kind.reshape(-1, 2))
+
+
+def _links(segments: Segments, *, gap: float, reach: float, widest: float) -> tuple[Ints, Ints, NDArray[np.int8], Floats, Floats]:
+    """Pairs of ends that may be linked: both ends, how, how far they move, and where to."""
+    ends = np.stack([segments.p, segments.q], axis=1).reshape(-1, 2)
+    outward = np.stack([-segments.direction, segments.direction], axis=1).reshape(-1, 2)
+    row = np.arange(len(ends)) // 2
+    a, b = np.triu_indices(len(ends), k=1)
+    far = max(2 * reach, widest)
+    near = (np.abs(ends[a] - ends[b]) <= far).all(axis=1) & (row[a] != row[b])
+    sided = segments.sided[row]
+    near &= ~(sided[a] & sided[b]) | (a % 2 != b % 2)
+    a, b = a[near], b[near]
+    between = ends[b] - ends[a]
+    u, v = outward[a], outward[b]
+    steep = np.abs((u * v).sum(axis=1)) <= HALF_RIGHT_COS + 1e-12
+    sine = u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        move_a = (between[:, 0] * v[:, 1] - between[:, 1] * v[:, 0]) / sine
+        move_b = (between[:, 0] * u[:, 1] - between[:, 1] * u[:, 0]) / sine
+    length = segments.length[row]
+    corner = steep & (np.abs(move_a) <= reach) & (np.abs(move_b) <= reach)
+    corner &= (move_a > -length[a] / 2) & (move_b > -length[b] / 2)
+    along, across = np.abs((between * u).sum(axis=1)), np.abs(between[:, 0] * u[:, 1] - between[:, 1] * u[:, 0])
+    facing = ~steep & ((u * v).sum(axis=1) < 0) & (across <= IN_LINE + 0.0) & ((between * u).sum(axis=1) > -IN_LINE)
+    closed = facing & (np.abs(between) < gap).all(axis=1)
+    wide = facing & ~closed & (along <= widest)
+    keep = corner | closed | wide
+    how = np.where(corner, CORNER, np.where(closed, CLOSED, GAP)).astype(np.int8)[keep]
+    cost = np.where(corner, np.abs(move_a) + np.abs(move_b), np.hypot(*between.T))[keep]
+    meeting = ends[a] + np.where(corner, move_a, 0.0)[:, None] * u
+    target = np.where(corner[:, None], meeting, (ends[a] + ends[b]) / 2)[keep]
+    return a[keep], b[keep], how, cost, target
