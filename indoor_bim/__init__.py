@@ -12,7 +12,8 @@ if TYPE_CHECKING:
     from indoor_bim import cloud, filters, plan, planes, quality, simulate
     from indoor_bim.cloud import levels
     from indoor_bim.cloud.cloud import Cloud
-    from indoor_bim.cloud.read import info, read
+    from indoor_bim.cloud.read import read
+    from indoor_bim.cloud.scan_info import info
     from indoor_bim.config import load_params
     from indoor_bim.errors import IndoorBimError
     from indoor_bim.export.json import read_json as read_model
@@ -59,7 +60,7 @@ _HOME = {
     "compare": "indoor_bim.quality.compare:compare",
     "export": "indoor_bim.export",
     "filters": "indoor_bim.filters",
-    "info": "indoor_bim.cloud.read:info",
+    "info": "indoor_bim.cloud.scan_info:info",
     "levels": "indoor_bim.cloud.levels",
     "load_params": "indoor_bim.config:load_params",
     "plan": "indoor_bim.plan",

@@ -29,6 +29,15 @@ class ReadParams(Stage):
     crs: str | None = Field(
         None, pattern=r"^EPSG:\d+$", description="Coordinate reference system of the scan, as EPSG:code; none: from the file, if it says."
     )
+    per_cube: int | None = Field(
+        None,
+        ge=1,
+        le=1_000_000,
+        description="Most points kept of each cube of 10 cm; none: 64 above 4 million points with the method auto, else all.",
+    )
+    max_memory: float | None = Field(
+        None, ge=0.6, le=10_000, description="Most memory in gigabytes; points are thinned out until the rest fits; none: no limit."
+    )
 
 
 class SlopeParams(Stage):

@@ -108,10 +108,14 @@ def reconstruct(
     pictures = prepare_folder(debug, formats=()) if debug is not None else None
     stages = Stages(progress)
 
+    from indoor_bim.cloud.density_limit import limit_for
     from indoor_bim.cloud.read import as_cloud
 
     with stages("read") as keep:
-        cloud = as_cloud(scan, unit=params.read.unit, up=params.read.up, crs=params.read.crs, trajectory=trajectory)
+        chosen = params.read
+        bounded = method == DEFAULT_METHOD or chosen.max_memory is not None or chosen.per_cube is not None
+        limit = limit_for(per_cube=chosen.per_cube, max_memory=chosen.max_memory) if bounded else None
+        cloud = as_cloud(scan, unit=chosen.unit, up=chosen.up, crs=chosen.crs, trajectory=trajectory, limit=limit)
         keep(cloud)
     failure: NothingToReconstructError | None = None
     found = Reconstruction(frame=cloud.frame)
@@ -123,6 +127,7 @@ def reconstruct(
     if failure is None and not any(storey.walls for storey in building.storeys):
         failure = NothingToReconstructError(f"{cloud.source}: found no wall; expected the scan of a building from inside.")
         building = _building(cloud, found, method=method, failure=failure)
+    derived = {**cloud.derived, **found.derived}
     doubts: tuple[str, ...] = ()
     if folder is not None:
         with stages("write"):
@@ -132,7 +137,7 @@ def reconstruct(
                 from indoor_bim.quality.density import scan_underlays
 
                 underlays = scan_underlays(building, cloud)
-            write_outputs(building, folder, formats=formats, params=params, derived=found.derived, scan=file, underlays=underlays)
+            write_outputs(building, folder, formats=formats, params=params, derived=derived, scan=file, underlays=underlays)
         with stages("check"):
             doubts = failed_checks(folder)
     if pictures is not None and failure is None:
@@ -140,7 +145,7 @@ def reconstruct(
             _write_wall_pictures(building, cloud, pictures)
     if failure is not None:
         raise failure
-    return Result(building, params, found.derived, stages.products, stages.timings, (*building.warnings, *doubts))
+    return Result(building, params, derived, stages.products, stages.timings, (*building.warnings, *doubts))
 
 
 def _write_wall_pictures(building: Building, cloud: Cloud, folder: Path) -> None:

@@ -182,7 +182,7 @@ def test_ctrl_c_is_130(monkeypatch: pytest.MonkeyPatch, points: Path) -> None:
     def interrupt(*args: object, **kwargs: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("indoor_bim.cloud.read.info", interrupt)
+    monkeypatch.setattr("indoor_bim.cloud.scan_info.info", interrupt)
     assert main(["info", str(points)]) == 130
 
 

@@ -9,7 +9,8 @@ import pytest
 
 from indoor_bim.cloud.cloud import Cloud
 from indoor_bim.cloud.las import iterate_chunks
-from indoor_bim.cloud.read import as_cloud, info, read
+from indoor_bim.cloud.read import as_cloud, read
+from indoor_bim.cloud.scan_info import info
 from indoor_bim.cloud.write import write_las, write_ply
 from indoor_bim.errors import ReadError
 
@@ -238,7 +239,7 @@ def test_as_cloud_takes_arrays_open3d_clouds_and_clouds():
 
 
 def test_arrays_and_text_need_no_open3d():
-    code = "import sys, numpy as np, indoor_bim.filters as f; from indoor_bim.cloud.read import info\n"
+    code = "import sys, numpy as np, indoor_bim.filters as f; from indoor_bim.cloud.scan_info import info\n"
     code += "info(np.random.default_rng(0).random((50, 3))); f.grid_radius_outlier_removal(np.zeros((9, 3)), 2, 0.1)\n"
     code += "raise SystemExit('open3d' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

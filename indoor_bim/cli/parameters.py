@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -30,6 +31,32 @@ Preset = Annotated[
         rich_help_panel="Parameters",
     ),
 ]
+
+
+_SIZE = re.compile(r"\s*(\d+(?:\.\d+)?)\s*([kMGT]?i?B?)\s*", re.IGNORECASE)
+
+
+def gigabytes(size: str) -> float:
+    """Size in units of 10**9 bytes.
+
+    Raises
+    ------
+    ConfigError
+        If the text is no size.
+
+    Examples
+    --------
+    >>> gigabytes("2GB"), gigabytes("1500 MB"), gigabytes("1.5"), gigabytes("1GiB")
+    (2.0, 1.5, 1.5, 1.073741824)
+    """
+    match = _SIZE.fullmatch(size)
+    if match is None:
+        from indoor_bim.errors import ConfigError
+
+        raise ConfigError(f"--max-memory {size}: expected a size such as 2GB or 800MB")
+    unit = match[2].upper() or "GB"
+    power = " KMGT".index(unit[0]) if unit[0] in "KMGT" else 0
+    return float(match[1]) * float(1024 if "I" in unit else 1000) ** power / 1e9
 
 
 def config(

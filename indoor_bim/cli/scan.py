@@ -18,7 +18,7 @@ from indoor_bim.cli.console import (
     set_up_messages,
     warn,
 )
-from indoor_bim.cli.parameters import ConfigFile, Preset, Settings
+from indoor_bim.cli.parameters import ConfigFile, Preset, Settings, gigabytes
 
 if TYPE_CHECKING:
     from indoor_bim.model import Building
@@ -41,6 +41,12 @@ def reconstruct(
     crs: Annotated[
         str | None, typer.Option(metavar="EPSG:CODE", help="Coordinate reference system of the scan. Default: what the file says.")
     ] = None,
+    max_memory: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SIZE", help="Most memory to use, such as 2GB: points are thinned out where they are densest. Default: no limit."
+        ),
+    ] = None,
     config: ConfigFile = None,
     set_: Settings = None,
     preset: Preset = None,
@@ -60,7 +66,9 @@ def reconstruct(
     from indoor_bim.pipeline import reconstruct as run
 
     set_up_messages(quiet=quiet, verbose=verbose)
-    params = load_params(config, [*(set_ or ()), *([f"read.crs={crs}"] if crs else [])], preset)
+    given = {"crs": crs, "max_memory": None if max_memory is None else gigabytes(max_memory)}
+    sets = [f"read.{name}={value}" for name, value in given.items() if value is not None]
+    params = load_params(config, [*(set_ or ()), *sets], preset)
     formats = [kind.strip().lower() for kind in to.split(",") if kind.strip()]
     with progress_bars(quiet=quiet) as progress:
         result = run(
@@ -93,7 +101,7 @@ def info(
     """Say what is in a scan: points, size, unit, spacing, classes and what is doubtful."""
     import dataclasses
 
-    from indoor_bim.cloud.read import info as describe
+    from indoor_bim.cloud.scan_info import info as describe
     from indoor_bim.config import load_params
 
     set_up_messages(quiet=quiet, verbose=verbose)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +35,8 @@ class Cloud:
         Coordinate reference system of the scan as ``EPSG:code``.
     warnings : tuple of str
         What was assumed or left out while reading.
+    derived : dict of str to value
+        Values of parameters that were derived while reading, by ``stage.name``.
     """
 
     points: Points
@@ -44,6 +47,7 @@ class Cloud:
     source: str = "scan"
     crs: str | None = None
     warnings: tuple[str, ...] = ()
+    derived: dict[str, Any] = field(default_factory=dict)
 
     def __len__(self) -> int:
         return len(self.points)

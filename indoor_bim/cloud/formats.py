@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+from indoor_bim.cloud.density_limit import DensityLimit
 from indoor_bim.cloud.e57 import read_e57
 from indoor_bim.cloud.las import read_las
 from indoor_bim.cloud.pcd import read_pcd
@@ -32,7 +33,9 @@ READERS: Mapping[str, Reader] = MappingProxyType(
 )
 
 
-def read_raw(path: Path, progress: Callable[[float], None] | None = None) -> RawScan:
+def read_raw(
+    path: Path, progress: Callable[[float], None] | None = None, *, unit: str = "auto", limit: DensityLimit | None = None
+) -> RawScan:
     """Read a scan in its own coordinates with the reader that its extension names.
 
     Parameters
@@ -41,6 +44,10 @@ def read_raw(path: Path, progress: Callable[[float], None] | None = None) -> Raw
         The file.
     progress : callable, optional
         Told the share that has been read, 0 to 1.
+    unit : str
+        Unit of the coordinates, see `indoor_bim.read`.
+    limit : DensityLimit, optional
+        How many points to keep, as far as the format can be read piece by piece: LAS and LAZ. Other files are read whole.
 
     Raises
     ------
@@ -58,6 +65,10 @@ def read_raw(path: Path, progress: Callable[[float], None] | None = None) -> Raw
     try:
         if path.stat().st_size == 0:
             raise ReadError(f"{path}: the file is empty (0 bytes), expected a scan; copy or export it again")
+        if limit is not None and reader is read_las:
+            from indoor_bim.cloud.las_sample import sample_las
+
+            return sample_las(path, limit=limit, unit=unit, progress=progress)
         return reader(path, progress)
     except OSError as error:
         raise ReadError(f"{path}: cannot be read ({error.strerror or error}); check its permissions and the disk") from error

@@ -35,9 +35,22 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
     ReadError
         If the file is no LAS, damaged or cut short.
     """
-    _check_signature(path)
-    with _damage_named(path):
-        return _read(path, progress)
+    with open_las(path) as file:
+        points = np.zeros((file.count, 3))
+        gps_time = np.zeros(file.count) if file.has_time else None
+        classes = np.zeros(file.count, dtype=np.uint8)
+        done = 0
+        for record in file.records(size=CHUNK, progress=progress):
+            part = slice(done, done + len(record))
+            points[part] = file.coordinates(record)
+            if gps_time is not None:
+                gps_time[part] = record["gps_time"]
+            classes[part] = record["classification"]
+            done += len(record)
+        crs, unit = file.reference()
+    if gps_time is not None and not gps_time.any():
+        gps_time = None
+    return RawScan(points, gps_time, classes if classes.any() else None, crs=crs, unit=unit)
 
 
 def iterate_chunks(path: str | Path, *, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:
@@ -60,17 +73,63 @@ def iterate_chunks(path: str | Path, *, size: int = CHUNK) -> Iterator[NDArray[n
     ReadError
         As `read_las`.
     """
-    path = Path(path)
+    with open_las(Path(path)) as file:
+        for record in file.records(size=size):
+            yield file.coordinates(record)
+
+
+class LasFile:
+    """A LAS or LAZ file that is open for reading; see `open_las`.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    reader : laspy.LasReader
+        Its reader.
+    """
+
+    def __init__(self, path: Path, reader: Any) -> None:
+        self.path, self._reader, self.header = path, reader, reader.header
+        self.count = int(reader.header.point_count)
+        self.has_time = "gps_time" in set(reader.header.point_format.dimension_names)
+
+    def records(self, *, size: int = CHUNK, progress: Callable[[float], None] | None = None) -> Iterator[Any]:
+        """Point records of laspy, at most `size` points each; `ReadError` if they are fewer than announced."""
+        done = 0
+        for record in self._reader.chunk_iterator(size):
+            yield record
+            done += len(record)
+            if progress is not None:
+                progress(done / self.count)
+        if done != self.count:
+            raise ReadError(_damaged(self.path, f"found {done:,} of the {self.count:,} points that the header announces"))
+
+    def coordinates(self, record: Any) -> NDArray[np.float64]:
+        """Coordinates (n, 3) of a point record or of whole steps under the names X, Y and Z."""
+        points = np.zeros((len(record["X"]), 3))
+        for axis, name in enumerate("XYZ"):
+            np.multiply(record[name], self.header.scales[axis], out=points[:, axis])
+            points[:, axis] += self.header.offsets[axis]
+        return points
+
+    def reference(self) -> tuple[str | None, str | None]:
+        """Coordinate reference system and unit."""
+        return _reference(self.header, list(self.header.vlrs) + list(self.header.evlrs or []))
+
+
+@contextmanager
+def open_las(path: Path) -> Iterator[LasFile]:
+    """Open a LAS or LAZ file; it is closed when the block is left.
+
+    Raises
+    ------
+    ReadError
+        If the file is no LAS, damaged or cut short, also while it is read in the block.
+    """
     _check_signature(path)
     with _damage_named(path), _open(path) as reader:
-        done = 0
-        for chunk in reader.chunk_iterator(size):
-            points = np.zeros((len(chunk), 3))
-            _scale(chunk, reader.header, out=points)
-            done += len(points)
-            yield points
-        if done != reader.header.point_count:
-            raise ReadError(_damaged(path, f"found {done:,} of the {reader.header.point_count:,} points that the header announces"))
+        yield LasFile(path, reader)
 
 
 @contextmanager
@@ -119,29 +178,6 @@ def _damaged(path: Path, found: str) -> str:
     return f"{path}: the LAS/LAZ file is damaged or cut short ({found.strip().rstrip('.')}); copy or export it again"
 
 
-def _read(path: Path, progress: Callable[[float], None] | None) -> RawScan:
-    with _open(path) as reader:
-        count, done = reader.header.point_count, 0
-        points = np.zeros((count, 3))
-        gps_time = np.zeros(count) if "gps_time" in set(reader.header.point_format.dimension_names) else None
-        classes = np.zeros(count, dtype=np.uint8)
-        for chunk in reader.chunk_iterator(CHUNK):
-            part = slice(done, done + len(chunk))
-            _scale(chunk, reader.header, out=points[part])
-            if gps_time is not None:
-                gps_time[part] = chunk["gps_time"]
-            classes[part] = chunk["classification"]
-            done += len(chunk)
-            if progress is not None:
-                progress(done / count)
-        if done != count:
-            raise ReadError(_damaged(path, f"found {done:,} of the {count:,} points that the header announces"))
-        crs, unit = _reference(reader.header, list(reader.header.vlrs) + list(reader.header.evlrs or []))
-    if gps_time is not None and not gps_time.any():
-        gps_time = None
-    return RawScan(points, gps_time, classes if classes.any() else None, crs=crs, unit=unit)
-
-
 def _open(path: Path) -> Any:
     """Reader of a file that can hold what its header says; it decodes coordinates, time and class only."""
     import laspy
@@ -159,13 +195,6 @@ def _open(path: Path) -> Any:
         reader.close()
         raise ReadError(_damaged(path, fault) if fault else f"{path}: the file holds 0 points, expected a scan; export it again")
     return reader
-
-
-def _scale(chunk: Any, header: Any, *, out: NDArray[np.float64]) -> None:
-    """Coordinates of a chunk from their whole steps."""
-    for axis, name in enumerate("XYZ"):
-        np.multiply(chunk[name], header.scales[axis], out=out[:, axis])
-        out[:, axis] += header.offsets[axis]
 
 
 def _reference(header: Any, records: list[Any]) -> tuple[str | None, str | None]:

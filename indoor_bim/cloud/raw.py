@@ -26,6 +26,8 @@ class RawScan:
         ``EPSG:code`` that the file declares.
     unit : str, optional
         Unit that the file declares, by its short name.
+    per_cube : int, optional
+        Most points kept of a cube of 10 cm, where not all were kept.
     """
 
     points: NDArray[np.float64]
@@ -34,3 +36,4 @@ class RawScan:
     stations: NDArray[np.float64] | None = None
     crs: str | None = None
     unit: str | None = None
+    per_cube: int | None = None

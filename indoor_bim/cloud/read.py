@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud.cloud import Cloud
+from indoor_bim.cloud.density_limit import DensityLimit, kept_rows
 from indoor_bim.cloud.formats import READERS, read_raw
 from indoor_bim.cloud.open3d import as_points
 from indoor_bim.cloud.raw import RawScan
@@ -25,7 +26,7 @@ logger = logging.getLogger(__name__)
 Progress = Callable[[float], None]
 Trajectory = str | Path | ArrayLike | Literal[False] | None
 
-__all__ = ["READERS", "ScanInfo", "as_cloud", "info", "read", "read_trajectory"]
+__all__ = ["READERS", "as_cloud", "read", "read_trajectory"]
 
 
 def read(
@@ -35,6 +36,7 @@ def read(
     up: str = "auto",
     crs: str | None = None,
     trajectory: Trajectory = None,
+    limit: DensityLimit | None = None,
     progress: Progress | None = None,
 ) -> Cloud:
     """Read a scan: LAS, LAZ, PLY, PCD, XYZ, TXT, ASC, CSV, PTS or E57.
@@ -56,6 +58,8 @@ def read(
     trajectory : str, Path, (m, 3 or 4) array_like or False, optional
         Scanner path (file or array: time, x, y, z) in the scan's coordinates; none: ``trajectory.csv`` beside the scan if there is one;
         False: no path.
+    limit : DensityLimit, optional
+        How many points to keep; none: all. LAS and LAZ files are then read in memory that does not grow with them.
     progress : callable, optional
         Told the share that has been read, 0 to 1.
 
@@ -70,10 +74,10 @@ def read(
         trajectory is no table of positions.
     """
     path = Path(path)
-    raw = read_raw(path, progress)
+    raw = read_raw(path, progress, unit=unit, limit=limit)
     if trajectory is None and (path.parent / "trajectory.csv").is_file() and path.name != "trajectory.csv":
         trajectory = path.parent / "trajectory.csv"
-    return _cloud(raw, source=path.name, where=str(path), unit=unit, up=up, crs=crs, trajectory=trajectory)
+    return _cloud(raw, source=path.name, where=str(path), unit=unit, up=up, crs=crs, trajectory=trajectory, limit=limit)
 
 
 def as_cloud(
@@ -83,6 +87,7 @@ def as_cloud(
     up: str = "auto",
     crs: str | None = None,
     trajectory: Trajectory = None,
+    limit: DensityLimit | None = None,
     progress: Progress | None = None,
 ) -> Cloud:
     """Cloud of whatever a user has at hand.
@@ -91,7 +96,7 @@ def as_cloud(
     ----------
     scan : str, Path, Cloud, open3d.geometry.PointCloud, open3d.t.geometry.PointCloud or (n, 3) array_like
         The scan; not modified. A `Cloud` is returned as it is.
-    unit, up, crs, trajectory, progress
+    unit, up, crs, trajectory, limit, progress
         As for `read`.
 
     Returns
@@ -115,103 +120,27 @@ def as_cloud(
         path = None if trajectory is False else _local_path(trajectory, scan.frame)
         return replace(scan, trajectory=path)
     if isinstance(scan, (str, Path)):
-        return read(scan, unit=unit, up=up, crs=crs, trajectory=trajectory, progress=progress)
+        return read(scan, unit=unit, up=up, crs=crs, trajectory=trajectory, limit=limit, progress=progress)
     try:
         points = as_points(scan)
     except (TypeError, ValueError) as error:
         raise ReadError(f"scan: {error}; pass a path, an Open3D cloud or an (n, 3) array") from error
     if points.shape[1] != 3:
         raise ReadError(f"scan: found points with {points.shape[1]} coordinates, expected x, y and z; pass an (n, 3) array")
-    return _cloud(RawScan(points), source="scan", where="scan", unit=unit, up=up, crs=crs, trajectory=trajectory)
+    return _cloud(RawScan(points), source="scan", where="scan", unit=unit, up=up, crs=crs, trajectory=trajectory, limit=limit)
 
 
-@dataclass(frozen=True, slots=True)
-class ScanInfo:
-    """What a scan holds, before anything is made of it.
-
-    Parameters
-    ----------
-    source : str
-        Name of the file.
-    points : int
-        Number of finite points.
-    extent : (3,) tuple of float
-        Size along the local x, y and z axes, metres.
-    origin : (3,) tuple of float
-        Local origin in the scan's coordinates and unit.
-    unit_metres : float
-        Metres per unit of the scan.
-    up : str
-        Axis of the scan that points up.
-    spacing : float
-        Median distance to the nearest neighbour, metres.
-    has_time : bool
-        Whether the points have a time.
-    classes : dict of int to int
-        Number of points of each ASPRS class; empty without classification.
-    crs : str or None
-        Coordinate reference system, ``EPSG:code``.
-    trajectory : int
-        Number of scanner positions.
-    warnings : tuple of str
-        What was assumed or left out.
-    """
-
-    source: str
-    points: int
-    extent: tuple[float, float, float]
-    origin: tuple[float, float, float]
-    unit_metres: float
-    up: str
-    spacing: float
-    has_time: bool
-    classes: dict[int, int]
-    crs: str | None
-    trajectory: int
-    warnings: tuple[str, ...]
-
-
-def info(scan: Any, *, unit: str = "auto", up: str = "auto", crs: str | None = None, trajectory: Trajectory = None) -> ScanInfo:
-    """Describe a scan.
-
-    Parameters
-    ----------
-    scan : str, Path, Cloud, open3d.geometry.PointCloud, open3d.t.geometry.PointCloud or (n, 3) array_like
-        The scan.
-    unit, up, crs, trajectory
-        As for `read`.
-
-    Returns
-    -------
-    ScanInfo
-
-    Raises
-    ------
-    ReadError
-        As `read`.
-    """
-    from indoor_bim.cloud.spacing import point_spacing
-
-    cloud = as_cloud(scan, unit=unit, up=up, crs=crs, trajectory=trajectory)
-    size = np.ptp(cloud.points, axis=0)
-    counts = np.bincount(cloud.classification) if cloud.classification is not None else np.zeros(0, dtype=np.int64)
-    return ScanInfo(
-        source=cloud.source,
-        points=len(cloud),
-        extent=(float(size[0]), float(size[1]), float(size[2])),
-        origin=(float(cloud.frame.origin[0]), float(cloud.frame.origin[1]), float(cloud.frame.origin[2])),
-        unit_metres=cloud.frame.scale,
-        up="xyz"[int(np.argmax(np.abs(cloud.frame.rotation[2])))],
-        spacing=point_spacing(cloud.points),
-        has_time=cloud.gps_time is not None,
-        classes={code: int(count) for code, count in enumerate(counts) if count},
-        crs=cloud.crs,
-        trajectory=0 if cloud.trajectory is None else len(cloud.trajectory),
-        warnings=cloud.warnings,
-    )
-
-
-def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: str | None, trajectory: Trajectory) -> Cloud:
+def _cloud(
+    raw: RawScan,
+    *,
+    source: str,
+    where: str,
+    unit: str,
+    up: str,
+    crs: str | None,
+    trajectory: Trajectory,
+    limit: DensityLimit | None,
+) -> Cloud:
     if unit != "auto" and unit not in METRES_PER_UNIT:
         raise ReadError(f"{where}: found the unit {unit!r}, expected auto or one of {', '.join(METRES_PER_UNIT)}; correct the option")
     if up != "auto" and up not in UP_ROTATIONS:
@@ -240,6 +169,13 @@ def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: st
     scale = METRES_PER_UNIT[name]
     origin = np.round(0.5 * (low + high) * scale) / scale + 0.0
     frame = Frame(origin, np.array(UP_ROTATIONS[axis]), scale, np.zeros(3))
+    times = None if raw.gps_time is None else raw.gps_time[finite]
+    classes = None if raw.classification is None else raw.classification[finite]
+    per_cube = raw.per_cube
+    if limit is not None and per_cube is None and len(points) > limit.above:
+        kept, per_cube = kept_rows(points, limit=limit, metres=scale)
+        points = points[kept]
+        times, classes = None if times is None else times[kept], None if classes is None else classes[kept]
     path = None
     if trajectory is not None and trajectory is not False:
         path = _local_path(trajectory, frame)
@@ -250,12 +186,13 @@ def _cloud(raw: RawScan, *, source: str, where: str, unit: str, up: str, crs: st
     return Cloud(
         points=_to_local(points, frame),
         frame=frame,
-        gps_time=None if raw.gps_time is None else raw.gps_time[finite],
-        classification=None if raw.classification is None else raw.classification[finite],
+        gps_time=times,
+        classification=classes,
         trajectory=path,
         source=source,
         crs=crs or raw.crs,
         warnings=tuple(warnings),
+        derived={} if per_cube is None else {"read.per_cube": per_cube},
     )
 
 

@@ -1,0 +1,87 @@
+"""LAS and LAZ files of any size, read in bounded memory into as many points as later stages can hold."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.cloud.density import DensitySample, TooManyCubesError
+from indoor_bim.cloud.density_limit import PIECE, SIDE, DensityLimit
+from indoor_bim.cloud.las import LasFile, open_las, read_las
+from indoor_bim.cloud.raw import RawScan
+from indoor_bim.cloud.units import METRES_PER_UNIT, TALLEST_SCAN
+
+logger = logging.getLogger(__name__)
+
+
+def sample_las(path: Path, *, limit: DensityLimit, unit: str = "auto", progress: Callable[[float], None] | None = None) -> RawScan:
+    """Read a LAS or LAZ file and keep no more points than a limit allows.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+    limit : DensityLimit
+        How many points to keep.
+    unit : str
+        Unit of the coordinates; ``auto``: what the file declares, or what its extent suggests.
+    progress : callable, optional
+        Told the share that has been read, 0 to 1.
+
+    Returns
+    -------
+    RawScan
+        The kept points in the order of the file; all of them, and `RawScan.per_cube` None, if there are few.
+
+    Raises
+    ------
+    ReadError
+        As `read_las`.
+    """
+    side = SIDE
+    while True:
+        with open_las(path) as file:
+            if file.count <= limit.above:
+                break
+            try:
+                return _sample(file, limit, side, unit, progress)
+            except TooManyCubesError:
+                side *= 2
+    return read_las(path, progress)
+
+
+def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress: Callable[[float], None] | None) -> RawScan:
+    crs, declared = file.reference()
+    metres = np.abs(file.header.scales) * _metres_per_unit(file, unit, declared)
+    names: dict[str, type] = {"classification": np.uint8} | ({"gps_time": np.float64} if file.has_time else {})
+    sample = DensitySample(side=np.maximum(np.rint(side / metres), 1).astype(np.int64), limit=limit, names=names)
+    for record in file.records(size=PIECE, progress=progress):
+        steps = np.zeros((len(record), 3), dtype=np.int32)
+        for axis, name in enumerate("XYZ"):
+            steps[:, axis] = record[name]
+        sample.add(steps, {name: np.asarray(record[name]) for name in names})
+    kept, values = sample.points()
+    points = file.coordinates(dict(zip("XYZ", kept.T, strict=True)))
+    logger.info("kept %s of %s points, %d or fewer of each cube of %.0f cm", f"{len(points):,}", f"{file.count:,}", sample.most, 100 * side)
+    times, classes = values.get("gps_time"), values["classification"]
+    return RawScan(
+        points,
+        gps_time=times if times is not None and times.any() else None,
+        classification=classes if classes.any() else None,
+        crs=crs,
+        unit=declared,
+        per_cube=sample.most,
+    )
+
+
+def _metres_per_unit(file: LasFile, unit: str, declared: str | None) -> float:
+    if unit != "auto":
+        return METRES_PER_UNIT[unit]
+    extent: NDArray[np.float64] = np.asarray(file.header.maxs) - np.asarray(file.header.mins)
+    if declared is None and (extent > TALLEST_SCAN).all():
+        return METRES_PER_UNIT["mm"]
+    return METRES_PER_UNIT[declared or "m"]
