@@ -93,7 +93,7 @@ def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -
             rays,
             traces(
                 rays,
-                length=view.box.length,
+                view.box,
                 tolerance=view.tolerance,
                 through_depth=view.through_depth,
                 both_faces=view.wall.thickness_measured,

@@ -87,7 +87,7 @@ def test_the_threshold_leaves_as_few_on_the_wrong_side_as_any(inside, outside):
     values = np.unique(np.concatenate([low, high]))
     between = (values[1:] + values[:-1]) / 2
     if len(between):
-        assert wrong(fewest_wrong(low, high)) <= min(wrong(cut) for cut in between)
+        assert wrong(float(np.mean(fewest_wrong(low, high)))) <= min(wrong(cut) for cut in between)
 
 
 @pytest.mark.parametrize("step", [0.01, -0.01, 0.02])

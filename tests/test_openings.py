@@ -22,9 +22,13 @@ def openings(measured: Scan, **options):
     return find_openings(measured.storey, measured.points, **{**measured.given(), **options}).walls[0].openings
 
 
+def open_leaf(*, swing: int = 1, angle: float = 90.0) -> np.ndarray:
+    return leaf(DOOR.start, 1.0, DOOR.end - DOOR.start, swing=swing, angle=angle)
+
+
 @pytest.fixture(scope="module")
 def both() -> Scan:
-    return scan([DOOR, WINDOW])
+    return scan([DOOR, WINDOW], extra=open_leaf())
 
 
 def sides(opening):
@@ -32,7 +36,7 @@ def sides(opening):
 
 
 def test_sizes_are_exact_on_clean_data(both):
-    door, window = openings(both)
+    door, window = openings(both, frame=0.0)
     assert (door.kind, window.kind) == ("door", "window")
     assert sides(door) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.004)
     assert sides(window) == pytest.approx((WINDOW.start, WINDOW.end, WINDOW.bottom, WINDOW.top), abs=0.004)
@@ -127,6 +131,31 @@ def test_a_frame_in_the_plane_of_the_wall_has_the_given_width():
     assert framed.height - plain.height == pytest.approx(0.05, abs=1e-3)
 
 
+def test_a_hole_without_leaf_and_frame_is_a_passage():
+    (passage,) = openings(scan([DOOR]))
+    assert (passage.kind, passage.leaves, passage.hinge, passage.swing) == ("opening", 0, None, None)
+    assert sides(passage) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.004)
+
+
+def test_a_wide_passage_below_a_beam_is_no_window():
+    beam = Hole(1.0, 4.7, 0.0, 2.25)
+    (passage,) = openings(scan([beam]))
+    assert passage.kind == "opening"
+    assert sides(passage) == pytest.approx((beam.start, beam.end, beam.bottom, beam.top), abs=0.006)
+
+
+def test_a_glazed_hole_close_above_the_floor_is_a_window():
+    low = Hole(2.0, 3.0, 0.10, 2.1, pane=0.1)
+    (window,) = openings(scan([low]))
+    assert window.kind == "window"
+    assert sides(window) == pytest.approx((low.start, low.end, low.bottom, low.top), abs=0.01)
+
+
+@pytest.mark.parametrize("side", ["start", "end"])
+def test_a_hole_at_the_end_of_a_wall_is_none(side):
+    assert openings(scan([Hole(0.0, 1.0, 0.0, 2.1) if side == "start" else Hole(LENGTH - 1.0, LENGTH, 0.0, 2.1)])) == ()
+
+
 def test_a_passage_up_to_the_ceiling_is_an_opening():
     (passage,) = openings(scan([Hole(2.0, 3.2, 0.0, HEIGHT)]))
     assert (passage.kind, passage.leaves) == ("opening", 0)
@@ -134,8 +163,8 @@ def test_a_passage_up_to_the_ceiling_is_an_opening():
 
 
 def test_the_path_through_a_wall_proves_a_door():
-    (seen,) = openings(scan([DOOR]))
-    (walked,) = openings(scan([DOOR], walk=[((1.7, 1.5), (1.7, -1.5))]))
+    (seen,) = openings(scan([DOOR], extra=open_leaf()))
+    (walked,) = openings(scan([DOOR], extra=open_leaf(), walk=[((1.7, 1.5), (1.7, -1.5))]))
     assert seen.confidence < walked.confidence == pytest.approx(1.0, abs=0.01)
 
 
@@ -161,7 +190,7 @@ def test_what_is_not_an_opening(made, path_known):
 
 
 def test_without_the_path_openings_are_found_by_their_reveals(both):
-    door, window = openings(both, trajectory=None, gps_time=None)
+    door, window = openings(both, trajectory=None, gps_time=None, frame=0.0)
     assert (door.kind, window.kind) == ("door", "window")
     assert sides(door) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.015)
     assert sides(window) == pytest.approx((WINDOW.start, WINDOW.end, WINDOW.bottom, WINDOW.top), abs=0.015)

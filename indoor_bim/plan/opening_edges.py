@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.holes import Hole
-from indoor_bim.plan.wall_rays import WallRays
+from indoor_bim.plan.wall_rays import WallBox, WallRays
 
 Floats = NDArray[np.float64]
 
@@ -19,9 +19,11 @@ SURE = 6.0  # times the standard error
 REVEAL_BLUR = 0.012  # metres next to an edge where hits may lie on its reveal
 LEAST_FACE = 0.05  # metres of face beyond a frame that show it to be one
 END_SLACK = 0.02  # metres: what the ends of a wall are known to
+RIM = 0.03  # metres above the floor and below the ceiling: hits there may not be on the wall
 AGREEMENT = 0.02  # metres between the views of an edge from either side
 REVEAL_SHARE = 0.3  # of the tolerance
 ENOUGH = 10  # hits or rays on either side
+OUTWARD = {"start": -1, "end": 1, "bottom": -1, "top": 1}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,15 +51,15 @@ class Traces:
     open_side: Floats
 
 
-def traces(rays: WallRays, *, length: float, tolerance: float, through_depth: float, both_faces: bool, steep: float = 0.2) -> Traces:
+def traces(rays: WallRays, wall: WallBox, *, tolerance: float, through_depth: float, both_faces: bool, steep: float = 0.2) -> Traces:
     """Split rays into hits on faces and rays that went in.
 
     Parameters
     ----------
     rays : WallRays
         Rays at one wall, with corrected depths.
-    length : float
-        Length of the wall, metres: hits beyond its ends are not on its faces.
+    wall : WallBox
+        Wall: hits beyond its ends, or on the floor or the ceiling, are not on its faces.
     tolerance : float
         Hits closer than this to a face are on it, metres.
     through_depth : float
@@ -67,7 +69,8 @@ def traces(rays: WallRays, *, length: float, tolerance: float, through_depth: fl
     steep : float
         Rays with a smaller cosine to the normal do not tell where they met a face.
     """
-    face = (np.abs(rays.depth) <= tolerance) & (rays.along_end > -END_SLACK) & (rays.along_end < length + END_SLACK)
+    face = (np.abs(rays.depth) <= tolerance) & (rays.along_end > -END_SLACK) & (rays.along_end < wall.length + END_SLACK)
+    face &= (rays.up_end > RIM) & (rays.up_end < wall.height - RIM)
     went_in = (rays.depth > tolerance) & (rays.slant > steep)
     through = went_in & (rays.depth > through_depth) & both_faces
     none = np.full(int(through.sum()), np.inf)
@@ -119,16 +122,28 @@ def place_edges(hole: Hole, where: Traces) -> dict[str, Edge]:
     inset_x, inset_z = min(0.1, hole.width / 4), min(0.1, hole.height / 4)
     band_z = (hole.bottom + inset_z, hole.top - inset_z)
     band_x = (hole.start + inset_x, hole.end - inset_x)
-    return {
-        "start": _edge(hole.start, -1, band_z, where, upright=True),
-        "end": _edge(hole.end, 1, band_z, where, upright=True),
-        "bottom": _edge(hole.bottom, -1, band_x, where, upright=False),
-        "top": _edge(hole.top, 1, band_x, where, upright=False),
+    views = {
+        "start": _views(hole.start, -1, band_z, where, upright=True),
+        "end": _views(hole.end, 1, band_z, where, upright=True),
+        "bottom": _views(hole.bottom, -1, band_x, where, upright=False),
+        "top": _views(hole.top, 1, band_x, where, upright=False),
     }
+    place = {"start": hole.start, "end": hole.end, "bottom": hole.bottom, "top": hole.top}
+    return {name: _joined(place[name], OUTWARD[name], seen) for name, seen in views.items()}
 
 
-def _edge(place: float, outward: int, band: tuple[float, float], where: Traces, *, upright: bool) -> Edge:
-    """One edge as each side shows it: their mean, or the outer one where something stands before the other."""
+@dataclass(frozen=True, slots=True, eq=False)
+class _View:
+    """Edge as one side shows it: its place, how far it may be off, and the face beyond it; distances outward."""
+
+    split: float
+    slack: float
+    distance: Floats
+    depth: Floats
+
+
+def _views(place: float, outward: int, band: tuple[float, float], where: Traces, *, upright: bool) -> list[_View]:
+    """One edge as each side shows it."""
     face_across, face_along = (where.face_up, where.face_along) if upright else (where.face_along, where.face_up)
     open_across, open_along = (where.open_up, where.open_along) if upright else (where.open_along, where.open_up)
     near = (face_across > band[0]) & (face_across < band[1]) & (np.abs(face_along - place) < WINDOW)
@@ -136,36 +151,35 @@ def _edge(place: float, outward: int, band: tuple[float, float], where: Traces, 
     views = []
     for side in (1.0, -1.0):
         mine, entered = near & (where.face_side == side), inside & (where.open_side == side)
-        view = _edge_from(
-            (face_along[mine] - place) * outward,
-            where.face_depth[mine],
-            where.face_clear[mine],
-            (open_along[entered] - place) * outward,
-        )
-        if view is not None:
-            views.append(view)
+        face, clear = (face_along[mine] - place) * outward, where.face_clear[mine]
+        hole = (open_along[entered] - place) * outward
+        if clear.sum() < ENOUGH or len(hole) < ENOUGH:
+            continue
+        low, high = fewest_wrong(hole, face[clear])
+        split = (low + high) / 2
+        beyond = face > split
+        if beyond.sum() >= ENOUGH:
+            views.append(_View(split, high - low, face[beyond] - split, where.face_depth[mine][beyond]))
+    return views
+
+
+def _joined(place: float, outward: int, views: list[_View]) -> Edge:
+    """Edge from what each side shows of it: their mean, or the outer one where something stands before the other."""
     if not views:
         return Edge(place, False, 0.0)
-    views.sort(reverse=True)
-    agreeing = [view for view in views if view[0] > views[0][0] - AGREEMENT]
-    split = float(np.mean([view[0] for view in agreeing]))
-    return Edge(place + outward * split, True, max(view[1] for view in agreeing))
+    sharpest = min(view.slack for view in views)
+    found = []
+    for view in views:
+        if view.slack <= sharpest + AGREEMENT:
+            frame = frame_width(view.distance, view.depth)
+            found.append((view.split + frame, frame))
+    found.sort(reverse=True)
+    agreeing = [edge for edge, _ in found if edge > found[0][0] - AGREEMENT]
+    return Edge(place + outward * float(np.mean(agreeing)), True, max(frame for _, frame in found[: len(agreeing)]))
 
 
-def _edge_from(face: Floats, depth: Floats, clear: NDArray[np.bool_], hole: Floats) -> tuple[float, float] | None:
-    """Place of an edge, with its frame, and the width of that frame, as one side shows them; distances outward."""
-    if clear.sum() < ENOUGH or len(hole) < ENOUGH:
-        return None
-    split = fewest_wrong(hole, face[clear])
-    beyond = face > split
-    if beyond.sum() < ENOUGH:
-        return None
-    frame = frame_width(face[beyond] - split, depth[beyond])
-    return split + frame, frame
-
-
-def fewest_wrong(inside: Floats, outside: Floats) -> float:
-    """Threshold that leaves the smallest shares of `inside` above and of `outside` below it.
+def fewest_wrong(inside: Floats, outside: Floats) -> tuple[float, float]:
+    """Thresholds that leave the smallest shares of `inside` above and of `outside` below it.
 
     Parameters
     ----------
@@ -174,24 +188,24 @@ def fewest_wrong(inside: Floats, outside: Floats) -> float:
 
     Returns
     -------
-    float
-        The threshold; in the middle of the widest gap where several are equally good.
+    low, high : float
+        All thresholds between them are equally good; the widest such gap.
 
     Examples
     --------
     >>> fewest_wrong(np.array([0.0, 1.0, 2.0]), np.array([3.0, 4.0]))
-    2.5
+    (2.0, 3.0)
     """
     low, high = np.sort(inside), np.sort(outside)
     cuts = np.unique(np.concatenate([low, high]))
     middles = (cuts[1:] + cuts[:-1]) / 2
     if not len(middles):
-        return float(cuts[0])
+        return float(cuts[0]), float(cuts[0])
     wrong = (len(low) - np.searchsorted(low, middles)) + np.searchsorted(high, middles)
     best = np.flatnonzero(wrong == wrong.min())
     runs = np.split(best, np.flatnonzero(np.diff(best) > 1) + 1)
     begin, end = max(((cuts[run[0]], cuts[run[-1] + 1]) for run in runs), key=lambda gap: gap[1] - gap[0])
-    return float((begin + end) / 2)
+    return float(begin), float(end)
 
 
 def frame_width(distance: Floats, depth: Floats) -> float:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.door_frames import with_frame
+from indoor_bim.plan.door_frames import stands_in_hole, with_frame
 from indoor_bim.plan.door_leaves import Leaf, find_leaves
 from indoor_bim.plan.holes import Hole
 from indoor_bim.plan.opening_edges import Edge, Traces, place_edges
@@ -32,6 +32,10 @@ WALKED_MARGIN = 0.10  # metres
 THICKEST_LEAF = 0.07  # metres
 LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
 FEW = 3  # rays
+NARROWEST_PIER = 0.03  # metres of wall beside an opening
+LOWEST_SILL = 0.05  # metres: what begins lower is a threshold
+SILL_BAND = 0.03  # metres
+FEW_ON_SILL = 8  # hits
 HIDDEN_SHARE = 0.2  # of the rays per area that go into a hole: fewer below it are stray
 HIDING_COLUMN = 0.05  # metres along a wall
 ONE_LEAF = 1.35  # metres: no single leaf is wider
@@ -129,8 +133,12 @@ def name_opening(
     edges = place_edges(hole, where)
     start, end = max(edges["start"].place, 0.0), min(edges["end"].place, wall.length)
     top = min(edges["top"].place, wall.height)
-    to_floor = _reaches_floor(hole, edges["bottom"], where, around, thickness=wall.thickness)
-    bottom = 0.0 if to_floor else max(edges["bottom"].place, 0.0)
+    if start < NARROWEST_PIER or end > wall.length - NARROWEST_PIER:
+        return None
+    was_walked = any(start - WALKED_MARGIN < x < end + WALKED_MARGIN for x in walked)
+    sill = None if was_walked else _low_sill(start, end, rays, tolerance=tolerance, thickness=wall.thickness)
+    to_floor = sill is None and _reaches_floor(hole, edges["bottom"], where, around, thickness=wall.thickness)
+    bottom = 0.0 if to_floor else max(edges["bottom"].place, 0.0) if sill is None else sill
     to_ceiling = wall.height - top < CEILING_GAP
     inside = (rays.depth > tolerance) & (rays.along > start) & (rays.along < end) & (rays.up > bottom) & (rays.up < top)
     depth = rays.depth[inside]
@@ -138,7 +146,6 @@ def name_opening(
     glass = _is_glass(hole, rays, where, tolerance=tolerance)
     flush = _is_flush(hole, where)
     is_through = (glass and not flush) if blind else through > THROUGH_SHARE
-    was_walked = to_floor and any(start - WALKED_MARGIN < x < end + WALKED_MARGIN for x in walked)
     width = end - start
     leaves: tuple[Leaf, ...] = ()
     closed = False
@@ -146,22 +153,27 @@ def name_opening(
     if to_floor:
         if top < min_door_height or width < min_door_width:
             return None
-        leaves = find_leaves(*around, start=start, end=end, thickness=wall.thickness) if width <= max_door_width else ()
         closed = not is_through and not was_walked
         if closed and not _is_leaf(depth, rays.side[inside], wall, flush=flush):
             return None
+        if not closed and width <= max_door_width:
+            leaves = find_leaves(*around, start=start, end=end, thickness=wall.thickness)
+        framed = any(edges[name].frame for name in ("start", "end", "top")) or stands_in_hole(
+            edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed
+        )
+        empty = not (blind or closed or leaves or framed)
         if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
             pane = _has_pane(hole, rays, tolerance=tolerance, thickness=wall.thickness)
             kind = "window" if (glass or pane) and width > max_door_width and not was_walked else "opening"
         else:
-            kind = "door"
+            kind = "opening" if empty else "door"
     else:
         if not is_through and (flush or not glass):
             return None
         kind = "window"
     if kind == "door" and (leaves or closed):
-        framed = with_frame(edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed, frame=frame)
-        start, end, top = max(framed["start"], 0.0), min(framed["end"], wall.length), min(framed["top"], wall.height)
+        sides = with_frame(edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed, frame=frame)
+        start, end, top = max(sides["start"], 0.0), min(sides["end"], wall.length), min(sides["top"], wall.height)
     seen = [edges["start"].seen, edges["end"].seen, edges["top"].seen or to_ceiling, edges["bottom"].seen or to_floor]
     if blind and not all(seen):
         return None
@@ -170,8 +182,8 @@ def name_opening(
     seen_share = float(np.mean(seen))
     proof = BLIND_PROOF if blind else 1.0 if was_walked else 0.9 if is_through else 0.7
     confidence = proof * (1 - np.exp(-len(depth) / 50)) * (0.4 + 0.6 * seen_share)
-    sides = len(np.unique(rays.side[inside]))
-    return FoundOpening(kind, start, end, bottom, top, leaves, closed, float(confidence), len(depth), seen_share, sides)
+    seen_from = len(np.unique(rays.side[inside]))
+    return FoundOpening(kind, start, end, bottom, top, leaves, closed, float(confidence), len(depth), seen_share, seen_from)
 
 
 def leaf_count(found: FoundOpening) -> int:
@@ -201,6 +213,21 @@ def _reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats
         return True
     inside = (where.open_along > start) & (where.open_along < end) & (where.open_up > hole.bottom) & (where.open_up < hole.top)
     return entered / (high - low) > HIDDEN_SHARE * int(inside.sum()) / hole.height
+
+
+def _low_sill(start: float, end: float, rays: WallRays, *, tolerance: float, thickness: float) -> float | None:
+    """Level of the sill of a window that begins close above the floor; None where the floor goes on into the wall."""
+    inset = min(GLASS_INSET, (end - start) / 4)
+    within = (rays.depth > tolerance) & (rays.depth < thickness - tolerance)
+    within &= (rays.along_end > start + inset) & (rays.along_end < end - inset) & (rays.up_end < THRESHOLD)
+    level = np.sort(rays.up_end[within].astype(np.float64))
+    on_floor = int(np.searchsorted(level, LOWEST_SILL))
+    if len(level) - on_floor < FEW_ON_SILL or on_floor > STRAY_SHARE * len(level):
+        return None
+    above = level[on_floor:]
+    hits = np.searchsorted(above, above + SILL_BAND, side="right") - np.arange(len(above))
+    first = int(np.argmax(hits))
+    return float(np.median(above[first : first + hits[first]]))
 
 
 def _is_framed(edges: dict[str, Edge], *, to_ceiling: bool, to_floor: bool) -> bool:
@@ -247,8 +274,13 @@ def _is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) ->
 
 
 def _has_pane(hole: Hole, rays: WallRays, *, tolerance: float, thickness: float) -> bool:
-    """True where some of the rays into the middle of a hole ended within the wall: on glass, mullions or transoms."""
+    """True where some of the rays into the middle of a hole ended there within the wall: on glass, mullions or transoms."""
     inset = min(GLASS_INSET, hole.width / 4, hole.height / 4)
-    inside = (rays.depth > tolerance) & (rays.along > hole.start + inset) & (rays.along < hole.end - inset)
-    inside &= (rays.up > hole.bottom + inset) & (rays.up < hole.top - inset)
-    return int(inside.sum()) > 0 and float((rays.depth[inside] < max(thickness, DEEPEST_PANE)).mean()) > PANE_SHARE
+
+    def in_middle(along: NDArray, up: NDArray) -> NDArray[np.bool_]:
+        middle: NDArray[np.bool_] = (along > hole.start + inset) & (along < hole.end - inset)
+        return middle & (up > hole.bottom + inset) & (up < hole.top - inset)
+
+    entered = (rays.depth > tolerance) & in_middle(rays.along, rays.up)
+    stopped = entered & in_middle(rays.along_end, rays.up_end) & (rays.depth < max(thickness, DEEPEST_PANE))
+    return int(stopped.sum()) > PANE_SHARE * int(entered.sum())
