@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from indoor_bim.stages import Stages
 if TYPE_CHECKING:
     from indoor_bim.cloud.cloud import Cloud
     from indoor_bim.frame import Frame
+    from indoor_bim.plan.storey_plan import StoreyPlan
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -92,7 +93,6 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     from indoor_bim.cloud.levels import level
     from indoor_bim.cloud.spacing import point_spacing
     from indoor_bim.openings import find_openings
-    from indoor_bim.storeys import storey_from_plan
 
     spacing = point_spacing(cloud.points)
     if spacing > SPARSE:
@@ -105,7 +105,44 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     with stages("plan") as keep:
         plans = storey_plans(levelled, gps_time=cloud.gps_time)
         keep(plans)
-    warnings = list(levelled.warnings)
+    storeys, warnings = _storeys(plans, params, stages)
+    with stages("openings") as keep:
+        path, time, chosen = levelled.trajectory, cloud.gps_time, params.openings.model_dump()
+        storeys = [find_openings(storey, levelled.points, trajectory=path, gps_time=time, **chosen) for storey in storeys]
+        keep(storeys)
+    return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
+
+
+def slices(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
+    """Layered slices, weighted line fits, merging by chi square, contour completion (Yang, Duan, Wu, Hu).
+
+    Parameters
+    ----------
+    cloud : Cloud
+        The scan.
+    params : Params
+        All parameters.
+    stages : Stages
+        Keeps every stage's product; "lines", "walls" and "openings" hold one product for each storey.
+    """
+    from indoor_bim.cloud.levels import level
+    from indoor_bim.slices import slices_stages
+
+    with stages("level") as keep:
+        levelled = level(cloud)
+        keep(levelled)
+    with stages("lines") as keep:
+        found = slices_stages(levelled, gps_time=cloud.gps_time, **params.slices.model_dump())
+        keep(found)
+    storeys, warnings = _storeys([storey.plan for storey in found], params, stages, far_snap=1.5)
+    return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
+
+
+def _storeys(plans: Sequence[StoreyPlan], params: Params, stages: Stages, *, far_snap: float = 0.0) -> tuple[list[Storey], list[str]]:
+    """Storeys with walls and rooms, from their plans, and what had to be assumed."""
+    from indoor_bim.storeys import storey_from_plan
+
+    warnings: list[str] = []
     storeys: list[Storey] = []
     with stages("walls") as keep:
         geometry = []
@@ -115,6 +152,7 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
                 number=len(storeys) + 1,
                 min_thickness=params.walls.min_thickness,
                 max_thickness=params.walls.max_thickness,
+                far_snap=far_snap,
             )
             if not made.storey.walls:
                 warnings.append(f"no walls were found on the level at {made.storey.elevation:.2f} m")
@@ -123,11 +161,7 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
             geometry.append(made)
             warnings += made.warnings
         keep(geometry)
-    with stages("openings") as keep:
-        path, time, chosen = levelled.trajectory, cloud.gps_time, params.openings.model_dump()
-        storeys = [find_openings(storey, levelled.points, trajectory=path, gps_time=time, **chosen) for storey in storeys]
-        keep(storeys)
-    return Reconstruction(levelled.frame, tuple(storeys), warnings=tuple(warnings))
+    return storeys, warnings
 
 
-METHODS: Mapping[str, Method] = MappingProxyType({"auto": auto, "slope": slope})
+METHODS: Mapping[str, Method] = MappingProxyType({"auto": auto, "slices": slices, "slope": slope})

@@ -81,6 +81,46 @@ class SlopeParams(Stage):
     )
 
 
+class SlicesParams(Stage):
+    """The published slices method (weighted line fits of layered slices)."""
+
+    heights: tuple[float, ...] | None = Field(
+        None, min_length=1, max_length=10, description="Heights of the slices above the floor in metres; none: where most wall is."
+    )
+    count: int = Field(2, ge=1, le=10, description="Number of slices, where their heights are not given.")
+    thickness: float | None = Field(
+        None, gt=0, le=2, description="Thickness of a slice in metres; none: three times the point spacing, more in sparse scans."
+    )
+    min_range: float | None = Field(
+        None,
+        ge=0,
+        le=10,
+        description="Points nearer to the scanner are left out, metres; none: 0.4. Needs times and the path of the scanner.",
+    )
+    max_range: float | None = Field(
+        None, gt=0, le=1000, description="Points farther from the scanner are left out, metres; none: from the ranges of all points."
+    )
+    split_distance: float | None = Field(
+        None,
+        gt=0,
+        le=1,
+        description="Largest distance of a point from the line of its set in metres; none: from the scatter of the points.",
+    )
+    split_gap: float | None = Field(
+        None, gt=0, le=2, description="Largest distance of neighbours in a set in metres; none: from the density of the slices."
+    )
+    min_length: float = Field(0.05, ge=0, le=5, description="Shorter sets are dropped, metres.")
+    min_points: int = Field(5, ge=2, le=100000, description="Sets of fewer points are dropped.")
+    range_noise: float | None = Field(
+        None, gt=0, le=0.5, description="Standard deviation of a measured distance in metres; none: from the points."
+    )
+    bearing_noise: float | None = Field(
+        None, gt=0, le=0.1, description="Standard deviation of a measured bearing in radians; none: from the points."
+    )
+    sigma: float = Field(3.0, gt=0, le=10, description="Gate of the merging of lines in standard deviations.")
+    closing_gap: float = Field(0.5, ge=0, le=5, description="Shorter gaps of a contour are closed, wider ones left as openings; metres.")
+
+
 class WallParams(Stage):
     """Faces to walls."""
 
@@ -176,6 +216,7 @@ class Params(Stage):
 
     read: ReadParams = ReadParams()
     slope: SlopeParams = SlopeParams()
+    slices: SlicesParams = SlicesParams()
     walls: WallParams = WallParams()
     houses: HousesParams = HousesParams()
     ifc: IfcParams = IfcParams()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from indoor_bim.plan.facing import orient_by_free_space
 from indoor_bim.plan.full_height import share_at_ceiling, with_heights
 from indoor_bim.plan.image import remove_burrs, thicken
 from indoor_bim.plan.layer_image import LayerImage, layer_image
-from indoor_bim.plan.local_lines import draw_to_lines, wall_scatter
+from indoor_bim.plan.local_lines import draw_to_lines, line_like, wall_scatter
 from indoor_bim.plan.noise import line_distance, scanner_noise, scatter
 from indoor_bim.plan.polar_fit import PolarLines, fit_lines, point_covariance, project_ends
 from indoor_bim.plan.range_gate import ranges, within_range
@@ -41,15 +42,19 @@ logger = logging.getLogger(__name__)
 Points = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
+NO_RANGE_GATE = (
+    "The range gate was skipped: it needs the time of every point and the path of the scanner, and the scan came without one of them."
+)
 SLACK = 0.05  # metres: points this close to floor or ceiling belong to them
 COVER_CELL, COVER_MARGIN = 0.10, 0.40  # metres: what has neither floor nor ceiling this close lies outside
 USUAL_HEIGHT = 2.5  # metres, where no ceiling was seen
 FINEST_PIXEL = 0.015  # metres
 POINTS_PER_PIXEL = 3.0  # along a wall: fewer, and the walls fall apart in the image
 NEIGHBOURHOOD = 3.0  # scatters of a wall: how far neighbours are looked at where walls are noisy
-MAP_SHARE = 0.5  # of the scatter of the points: how far whole stretches of wall are off
+MAP_SHARE = 0.75  # of the scatter of the points: how far whole stretches of wall are off
 SHORT = 0.60  # metres: shorter faces are walls only where they reach the ceiling and are parts of a contour
-AT_CEILING = 0.3  # share of a face right below the ceiling that makes it a wall
+AT_CEILING = 0.35  # share of a face right below the ceiling that makes it a wall
+LEAST_COVERAGE = 0.12  # of a face from floor to ceiling: emptier are beams and what hangs from the ceiling
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,7 +222,9 @@ def slices_storey(
     segments = with_heights(line_segments(merged, free), image, height=height, reach=reach)
     if scanner is None:
         segments = turn_back_to_back(segments, count_raster(storey.points[storey.part != WALL, :2], cell=0.02))
-    contour = wall_contour(segments, image, height=height, reach=reach, gap=closing_gap, ceiling=levelled.storeys[number].ceiling is not None)
+    contour = wall_contour(
+        segments, image, height=height, reach=reach, gap=closing_gap, ceiling=levelled.storeys[number].ceiling is not None
+    )
     rooms, columns = contour_rooms(contour)
     level = levelled.storeys[number]
     plan = StoreyPlan(
@@ -230,6 +237,45 @@ def slices_storey(
         columns=columns,
     )
     return SlicesStages(slices, pieces, merged, segments, contour, image, plan)
+
+
+def slices_stages(levelled: LevelledCloud, *, gps_time: Points | None = None, **parameters: Any) -> tuple[SlicesStages, ...]:
+    """Run the method on every storey, from the bottom up.
+
+    Parameters
+    ----------
+    levelled : LevelledCloud
+        Levelled scan.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds; with the trajectory it tells where the scanner was.
+    **parameters : float, int, tuple of float or None
+        Those of `slices_storey`.
+
+    Returns
+    -------
+    tuple of SlicesStages
+        Products of the storeys that have walls; their plans name what was skipped.
+
+    Raises
+    ------
+    NothingToReconstructError
+        If no storey has walls.
+    """
+    scanner, path = None, levelled.trajectory
+    if gps_time is not None and path is not None and np.isfinite(path[:, 0]).all():
+        scanner = sensor_positions(path, gps_time)
+    found, complaints = [], []
+    for number in range(len(levelled.storeys)):
+        try:
+            found.append(slices_storey(levelled, number, scanner, **parameters))
+        except NothingToReconstructError as error:
+            logger.warning("storey %d: %s", number + 1, error)
+            complaints.append(error)
+    if not found:
+        raise complaints[0]
+    if scanner is None:
+        found[0] = replace(found[0], plan=replace(found[0].plan, warnings=(NO_RANGE_GATE, *found[0].plan.warnings)))
+    return tuple(found)
 
 
 def storey_points(levelled: LevelledCloud, number: int, scanner: Points | None) -> tuple[Points, Points | None, float, float]:
@@ -256,10 +302,10 @@ def storey_points(levelled: LevelledCloud, number: int, scanner: Points | None) 
     if len(spots):
         seen = count_raster(spots, cell=COVER_CELL)
         margin = round(COVER_MARGIN / COVER_CELL)
-        cover = np.pad(remove_burrs(seen.image > 0), margin + 1)
-        for _ in range(margin):
+        cover = ~thicken(~np.pad(remove_burrs(seen.image > 0), margin + 2))  # the faces of other houses are a line there, no area
+        for _ in range(margin + 1):
             cover = thicken(cover)
-        inside = Raster(cover, seen.origin - (margin + 1) * COVER_CELL, COVER_CELL).sample(levelled.points[rows, :2]) > 0
+        inside = Raster(cover, seen.origin - (margin + 2) * COVER_CELL, COVER_CELL).sample(levelled.points[rows, :2]) > 0
         rows = rows[inside]
     shift = np.array([0.0, 0.0, floor])
     return levelled.points[rows] - shift, None if scanner is None else scanner[rows] - shift, floor, top - floor
@@ -321,11 +367,14 @@ def line_sets(
     if wide > 0.4 * pixel:
         for _ in range(2):
             thin = draw_to_lines(thin, radius=NEIGHBOURHOOD * wide)
-    chains = chain_points(thin, pixel=pixel)
+    on_line = line_like(xy, radius=NEIGHBOURHOOD * max(wide, pixel))
+    chains = chain_points(thin[on_line], pixel=pixel)
     distance = max(1.25 * pixel, 1.5 * wide) if split_distance is None else split_distance
     piece = split_and_merge(chains, distance=distance, gap=4 * pixel if split_gap is None else split_gap)
     least = {"min_length": min_length, "min_points": min_points}
-    group = drop_small(piece[chains.member], xy, **least)
+    group = np.full(len(xy), -1, dtype=np.int64)
+    group[on_line] = piece[chains.member]
+    group = drop_small(group, xy, **least)
     alike = np.broadcast_to(np.eye(2), (len(xy), 2, 2))
     lines = fit_lines(xy, group, alike)
     if scanner is not None:
@@ -369,7 +418,7 @@ def line_segments(found: SliceLines, free: Raster) -> Segments:
 
 
 def wall_contour(segments: Segments, image: LayerImage, *, height: float, reach: float, gap: float, ceiling: bool = True) -> Contour:
-    """Completed contour of the segments that are walls: tall, full, up to the ceiling where there is one (section 1.4.2).
+    """Completed contour of the segments that are walls: those that go up to the ceiling, or are tall and full where it was not seen (section 1.4.2).
 
     Parameters
     ----------
@@ -391,9 +440,11 @@ def wall_contour(segments: Segments, image: LayerImage, *, height: float, reach:
     NothingToReconstructError
         If none is a wall.
     """
-    wall = wall_like(segments, storey_height=height, least_length=0.0)
     if ceiling:
-        wall &= share_at_ceiling(segments, image, height=height, reach=reach) >= AT_CEILING
+        wall = share_at_ceiling(segments, image, height=height, reach=reach) >= AT_CEILING
+        wall &= segments.coverage >= LEAST_COVERAGE
+    else:
+        wall = wall_like(segments, storey_height=height, least_length=0.0)
     if not wall.any():
         raise NothingToReconstructError(f"found no wall among {len(segments)} lines of the slices; expected walls from floor to ceiling")
     faces = draw_curtains(segments.take(wall))

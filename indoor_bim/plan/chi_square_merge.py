@@ -123,37 +123,49 @@ def merge_lines(
     (n,) int64
         New sets, numbered from 0 by the coordinates of their ends.
     """
-    group = group.copy()
     limit = chi_square_limit(sigma)
     count = int(group.max(initial=-1)) + 1
     front = np.full((count, 2), np.nan) if front is None else front.copy()
+    group = group.copy()
+    lines = fit_lines(points, group, covariance, count=count)
+    p, q = project_ends(points, group, lines)
     while True:
-        lines = fit_lines(points, group, covariance, count=count)
         known = np.isfinite(front[:, 0]) & np.isfinite(lines.alpha)
         lines = lines.facing(np.where(known[:, None], front, np.nan))
-        p, q = project_ends(points, group, lines)
         pairs = _best_pairs(with_map_noise(lines, p, q, noise=map_noise), p, q, known, gap=gap, limit=limit)
         if not len(pairs):
             break
         target = np.arange(count)
         target[pairs[:, 1]] = pairs[:, 0]
-        size = np.bincount(group[group >= 0], minlength=count)[:, None]
-        weight = np.where(np.isfinite(front), size, 0)
-        total = np.nan_to_num(front) * weight
-        np.add.at(total, pairs[:, 0], total[pairs[:, 1]])
-        np.add.at(weight, pairs[:, 0], weight[pairs[:, 1]])
-        with np.errstate(invalid="ignore"):
-            merged = total / weight
+        front = _mean_front(front, np.bincount(group[group >= 0], minlength=count), target)
         present, number = np.unique(target, return_inverse=True)
-        front = merged[present]
+        changed = np.isin(present, pairs[:, 0])
+        lines, p, q = lines.take(present), p[present], q[present]
         group = np.where(group >= 0, number[target[group]], -1)
         count = len(present)
+        rows = np.flatnonzero((group >= 0) & changed[group])
+        again = np.full(count, -1, dtype=np.int64)
+        again[changed] = np.arange(changed.sum())
+        fitted = fit_lines(points[rows], again[group[rows]], covariance[rows], count=int(changed.sum()))
+        ends = project_ends(points[rows], again[group[rows]], fitted)
+        for name in PolarLines.__slots__:
+            getattr(lines, name)[changed] = getattr(fitted, name)
+        p[changed], q[changed] = ends
     swap = (q[:, 0] < p[:, 0]) | ((q[:, 0] == p[:, 0]) & (q[:, 1] < p[:, 1]))
     ends = np.round(np.where(swap[:, None], np.hstack([q, p]), np.hstack([p, q])), 6)
     rank = np.zeros(count, dtype=np.int64)
     rank[np.lexsort(ends.T[::-1])] = np.arange(count)
     out: Ints = np.where(group >= 0, rank[group], -1) if count else group
     return out
+
+
+def _mean_front(front: Floats, size: Ints, target: Ints) -> Floats:
+    """Places in front of the sets that are left when each set goes into its target: means weighted by their points."""
+    weight = np.where(np.isfinite(front[:, 0]), size, 0)
+    present, number = np.unique(target, return_inverse=True)
+    total = np.bincount(number, weights=weight)
+    sums = np.column_stack([np.bincount(number, weights=weight * np.nan_to_num(front[:, k])) for k in (0, 1)])
+    return np.where(total[:, None] > 0, sums / np.maximum(total, 1)[:, None], np.nan)
 
 
 def _best_pairs(lines: PolarLines, p: Floats, q: Floats, known: NDArray[np.bool_], *, gap: float, limit: float) -> Ints:
@@ -183,18 +195,16 @@ def _best_pairs(lines: PolarLines, p: Floats, q: Floats, known: NDArray[np.bool_
 
 def _wall_ends_between(lines: PolarLines, p: Floats, q: Floats, i: Ints, j: Ints, usable: Ints) -> NDArray[np.bool_]:
     """Pairs between which a crossing line ends: a partition that meets the wall there."""
+    along, normal = lines.along, lines.normal
+    d = along[i]
+    mine = np.sort(np.stack([(p[i] * d).sum(axis=1), (q[i] * d).sum(axis=1)]), axis=0)
+    other = np.sort(np.stack([(p[j] * d).sum(axis=1), (q[j] * d).sum(axis=1)]), axis=0)
+    ahead = other[0] > mine[0]
+    low, high = np.where(ahead, mine[1], other[1]), np.where(ahead, other[0], mine[0])
     out = np.zeros(len(i), dtype=bool)
-    along = lines.along
-    for k in range(len(i)):
-        d = along[i[k]]
-        mine = np.sort([p[i[k]] @ d, q[i[k]] @ d])
-        other = np.sort([p[j[k]] @ d, q[j[k]] @ d])
-        low, high = (mine[1], other[0]) if other[0] > mine[0] else (other[1], mine[0])
-        if high - low < TOUCHING:
-            continue
-        n = lines.normal[i[k]]
-        across = usable[np.abs(along[usable] @ d) < CROSSING_COS]
+    for k in np.flatnonzero(high - low >= TOUCHING):
+        across = usable[np.abs(along[usable] @ d[k]) < CROSSING_COS]
         ends = np.vstack([p[across], q[across]])
-        at, off = ends @ d, np.abs(ends @ n - lines.radius[i[k]])
-        out[k] = bool(((at > low - TOUCHING) & (at < high + TOUCHING) & (off < CROSSING_REACH)).any())
+        at, off = ends @ d[k], np.abs(ends @ normal[i[k]] - lines.radius[i[k]])
+        out[k] = bool(((at > low[k] - TOUCHING) & (at < high[k] + TOUCHING) & (off < CROSSING_REACH)).any())
     return out

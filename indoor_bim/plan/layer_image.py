@@ -68,9 +68,11 @@ def layer_image(points: Floats, *, height: float, cell: float = 0.025) -> LayerI
     place = np.floor(points[inside, :2] / cell).astype(np.int64)
     low = place.min(axis=0) if len(place) else np.zeros(2, dtype=np.int64)
     columns, rows = place.max(axis=0) - low + 1 if len(place) else (1, 1)
-    box = np.unique(((place[:, 1] - low[1]) * columns + place[:, 0] - low[0]) * count + level[inside])
+    pixel = (place[:, 1] - low[1]) * columns + place[:, 0] - low[0]
+    level = level[inside]
     image = np.zeros(int(rows * columns), dtype=np.int64)
-    np.add.at(image, box // count, np.int64(1) << (box % count))  # every box once: the sum of the bits is their union
+    for k in range(count):
+        image[pixel[level == k]] |= np.int64(1) << k
     return LayerImage(Raster(image.reshape(int(rows), int(columns)), low * cell, cell), layer, count)
 
 

@@ -9,6 +9,8 @@ Floats = NDArray[np.float64]
 
 PIXELS_PER_RADIUS = 3  # of the images that moments are summed in
 FINEST = 0.005  # metres
+AREA_LIKE = 0.8  # of it: corners are less wide, areas more
+LEAST_EXTENT = 0.3  # of the radius: what has less around it is alone
 LINE_LIKE = 0.6  # of the standard deviation along a neighbourhood: one that is wider has no direction
 
 
@@ -55,7 +57,11 @@ def local_lines(xy: Floats, *, radius: float) -> tuple[Floats, Floats, Floats]:
     x, y = centre.T
     weight = np.maximum(smooth(count.astype(np.float64)), 1e-12)
     mx, my = smooth(count * x) / weight, smooth(count * y) / weight
-    xx, xy_, yy = smooth(count * x * x) / weight - mx * mx, smooth(count * x * y) / weight - mx * my, smooth(count * y * y) / weight - my * my
+    xx, xy_, yy = (
+        smooth(count * x * x) / weight - mx * mx,
+        smooth(count * x * y) / weight - mx * my,
+        smooth(count * y * y) / weight - my * my,
+    )
     angle = np.arctan2(2 * xy_, xx - yy) / 2
     middle, half = (xx + yy) / 2, np.hypot((xx - yy) / 2, xy_)
     spread = np.sqrt(np.maximum(np.column_stack([middle + half, middle - half]), 0.0))
@@ -76,6 +82,12 @@ def wall_scatter(xy: Floats, *, radius: float = 0.06) -> float:
     _, _, spread = local_lines(xy, radius=radius)
     linear = spread[:, 1] < LINE_LIKE * spread[:, 0]
     return float(np.median(spread[linear, 1])) if linear.any() else 0.0
+
+
+def line_like(xy: Floats, *, radius: float) -> NDArray[np.bool_]:
+    """Points (n,) that are not in the midst of an area: undersides of lintels and beams, shelves, and single points are left out."""
+    _, _, spread = local_lines(xy, radius=radius)
+    return (spread[:, 1] < AREA_LIKE * spread[:, 0]) & (spread[:, 0] > LEAST_EXTENT * radius)
 
 
 def draw_to_lines(xy: Floats, *, radius: float) -> Floats:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
-ANGLE_SETTLED = 1e-9  # radians
+ANGLE_SETTLED = 1e-8  # radians
 ROUNDS = 30
 
 
@@ -152,23 +152,31 @@ def fit_lines(points: Floats, group: Ints, covariance: Floats, *, count: int | N
     local = points - start[group]  # near the origin, so that no digits are lost
     x, y = local.T
     angle = np.arctan2(2 * total(x * y), total(x * x) - total(y * y)) / 2 + np.pi / 2
-    alpha, settled = angle, np.zeros(m, dtype=bool)
+    alpha = angle
     mean, spread, weights = np.zeros((m, 2)), np.zeros(m), np.zeros(m)
+    rows, moving = np.arange(len(group)), np.ones(m, dtype=bool)
     for _ in range(ROUNDS):
-        c, s = np.cos(alpha)[group], np.sin(alpha)[group]
-        weight = 1 / (c * c * xx + 2 * c * s * xy + s * s * yy)
-        weights = total(weight)
-        mean = np.column_stack([total(weight * x), total(weight * y)]) / np.maximum(weights, 1e-300)[:, None]
-        dx, dy = x - mean[group, 0], y - mean[group, 1]
+        at = group[rows]
+
+        def sums(values: Floats, at: Ints = at) -> Floats:
+            return np.bincount(at, weights=values, minlength=m)[moving]
+
+        c, s = np.cos(alpha)[at], np.sin(alpha)[at]
+        weight = 1 / (c * c * xx[rows] + 2 * c * s * xy[rows] + s * s * yy[rows])
+        weights[moving] = sums(weight)
+        for k in (0, 1):
+            mean[moving, k] = sums(weight * local[rows, k]) / np.maximum(weights[moving], 1e-300)
+        dx, dy = local[rows, 0] - mean[at, 0], local[rows, 1] - mean[at, 1]
         # the turn that makes along and across uncorrelated: the exact minimum for these weights
-        wxx, wxy, wyy = total(weight * dx * dx), total(weight * dx * dy), total(weight * dy * dy)
+        wxx, wxy, wyy = sums(weight * dx * dx), sums(weight * dx * dy), sums(weight * dy * dy)
         target = np.arctan2(2 * wxy, wxx - wyy) / 2 + np.pi / 2
-        turn = (target - alpha + np.pi / 2) % np.pi - np.pi / 2
-        alpha = np.where(settled, alpha, alpha + turn)
-        spread = (wxx + wyy) / 2 + np.hypot((wxx - wyy) / 2, wxy)
-        settled |= np.abs(turn) < ANGLE_SETTLED
-        if settled.all():
+        turn = (target - alpha[moving] + np.pi / 2) % np.pi - np.pi / 2
+        alpha[moving] += turn
+        spread[moving] = (wxx + wyy) / 2 + np.hypot((wxx - wyy) / 2, wxy)
+        moving[moving] = np.abs(turn) >= ANGLE_SETTLED
+        if not moving.any():
             break
+        rows = rows[moving[at]]
     normal = np.column_stack([np.cos(alpha), np.sin(alpha)])
     tangent = np.column_stack([-np.sin(alpha), np.cos(alpha)])
     middle = start + mean

@@ -13,6 +13,7 @@ CELL = 0.10  # metres: side of the columns that are walls or not
 LAYER = 0.05  # metres: height of a layer
 WALL_FILL = 0.6  # of the layers that the fullest columns are hit in: from here on a column is wall
 FULL = 0.95  # quantile of the hit layers that counts as the fullest
+TOP_BAND, TOP_FILL = 0.30, 0.5  # metres below the ceiling, and share of its layers: what is hit there is wall too, above a door or window
 CLEARANCE = 0.10  # metres above the floor and below the ceiling that are their own
 THINNEST = 0.02  # metres: thinner slices gain nothing
 POINTS_PER_METRE = 100  # of wall in plan and slice: what a line needs in order not to fall apart
@@ -56,7 +57,7 @@ class LayerEvidence:
 def layer_evidence(points: Floats, *, height: float, cell: float = CELL, layer: float = LAYER) -> LayerEvidence:
     """Which wall columns, and how much else, the layers of a storey show.
 
-    A column of the plan is wall when it is hit in most layers from floor to ceiling; furniture is not as tall.
+    A column of the plan is wall when it is hit in most layers from floor to ceiling, or right below the ceiling; furniture is not as tall.
 
     Parameters
     ----------
@@ -78,7 +79,8 @@ def layer_evidence(points: Floats, *, height: float, cell: float = CELL, layer: 
     columns, column, filled = np.unique(box // layers, return_inverse=True, return_counts=True)
     # columns at the edge of a wall are hit here and there: the fullest tenth shows how many layers the scan reaches
     full = np.quantile(filled[filled > 0.3 * layers], FULL) if (filled > 0.3 * layers).any() else layers
-    wall = filled >= WALL_FILL * full
+    top = level >= layers - max(round(TOP_BAND / layer), 1)
+    wall = (filled >= WALL_FILL * full) | (np.bincount(column[top], minlength=len(columns)) >= TOP_FILL * TOP_BAND / layer)
     number = np.cumsum(wall) - 1
     hit = np.zeros((layers, int(wall.sum())), dtype=bool)
     of_wall = wall[column]
