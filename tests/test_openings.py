@@ -137,6 +137,11 @@ def test_a_hole_without_leaf_and_frame_is_a_passage():
     assert sides(passage) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.004)
 
 
+def test_what_was_seen_from_one_room_may_have_its_leaf_in_the_other():
+    (door,) = openings(scan([DOOR], sides=(1,)))
+    assert (door.kind, door.swing) == ("door", None)
+
+
 def test_a_wide_passage_below_a_beam_is_no_window():
     beam = Hole(1.0, 4.7, 0.0, 2.25)
     (passage,) = openings(scan([beam]))

@@ -31,7 +31,7 @@ BLIND_PROOF = 0.6  # confidence at most of what is known by its edges alone
 WALKED_MARGIN = 0.10  # metres
 THICKEST_LEAF = 0.07  # metres
 LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
-FEW = 3  # rays
+FEW, ENOUGH = 3, 30  # rays
 NARROWEST_PIER = 0.03  # metres of wall beside an opening
 LOWEST_SILL = 0.05  # metres: what begins lower is a threshold
 SILL_BAND = 0.03  # metres
@@ -161,7 +161,8 @@ def name_opening(
         framed = any(edges[name].frame for name in ("start", "end", "top")) or stands_in_hole(
             edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed
         )
-        empty = not (blind or closed or leaves or framed)
+        both_rooms = was_walked or min(int((rays.side[inside] == side).sum()) for side in (1, -1)) >= ENOUGH
+        empty = both_rooms and not (blind or closed or leaves or framed)
         if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
             pane = _has_pane(hole, rays, tolerance=tolerance, thickness=wall.thickness)
             kind = "window" if (glass or pane) and width > max_door_width and not was_walked else "opening"
