@@ -45,43 +45,20 @@ def with_frame(
     dict of str to float
         Start, end and top, metres.
     """
-    hole = _hole(edges)
-    if stands_in_hole(edges, rays, tolerance=tolerance, thickness=thickness, closed=closed):
+    level = (rays.up > LEAF_BAND) & (rays.up < edges["top"].place - LEAF_BAND)
+    hole = {name: edges[name].place - outward * edges[name].frame for name, outward in OUTWARD.items()}
+    if closed:
+        entered = level & (rays.depth > tolerance)
+        in_hole = any(_steps_back((hole[name] - rays.along[entered]) * OUTWARD[name], rays.depth[entered]) for name in JAMBS)
+    else:
+        within = level & (rays.depth > thickness / 4) & (rays.depth < thickness * 3 / 4)
+        jambs = [_jamb_surface((hole[name] - rays.along_end[within]) * OUTWARD[name]) for name in JAMBS]
+        in_hole = float(np.mean(jambs)) > NARROWEST_FRAME
+    if in_hole:
         return hole
     told = [edges[name].frame for name in OUTWARD if edges[name].frame > 0]
     usual = float(np.median(told)) if told else frame
     return {name: hole[name] + outward * (edges[name].frame or usual) for name, outward in OUTWARD.items()}
-
-
-def stands_in_hole(edges: dict[str, Edge], rays: WallRays, *, tolerance: float, thickness: float, closed: bool) -> bool:
-    """Tell whether a door has a frame that stands in the hole of the face and leaves less room than it.
-
-    Parameters
-    ----------
-    edges : dict of str to Edge
-        Start, end, bottom and top of the door.
-    rays : WallRays
-        Rays around it, with corrected depths.
-    tolerance : float
-        Hits closer than this to a face are on it, metres.
-    thickness : float
-        Thickness of the wall, metres.
-    closed : bool
-        True where the leaf was seen in the hole.
-    """
-    hole = _hole(edges)
-    level = (rays.up > LEAF_BAND) & (rays.up < edges["top"].place - LEAF_BAND)
-    if closed:
-        entered = level & (rays.depth > tolerance)
-        return any(_steps_back((hole[name] - rays.along[entered]) * OUTWARD[name], rays.depth[entered]) for name in JAMBS)
-    within = level & (rays.depth > thickness / 4) & (rays.depth < thickness * 3 / 4)
-    jambs = [_jamb_surface((hole[name] - rays.along_end[within]) * OUTWARD[name]) for name in JAMBS]
-    return float(np.mean(jambs)) > NARROWEST_FRAME
-
-
-def _hole(edges: dict[str, Edge]) -> dict[str, float]:
-    """Sides of the hole in the face, without frames that were told from it."""
-    return {name: edges[name].place - outward * edges[name].frame for name, outward in OUTWARD.items()}
 
 
 def _jamb_surface(inward: NDArray) -> float:

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.door_frames import stands_in_hole, with_frame
+from indoor_bim.plan.door_frames import with_frame
 from indoor_bim.plan.door_leaves import Leaf, find_leaves
 from indoor_bim.plan.holes import Hole
 from indoor_bim.plan.opening_edges import Edge, Traces, place_edges
@@ -158,9 +158,7 @@ def name_opening(
             return None
         if not closed and width <= max_door_width:
             leaves = find_leaves(*around, start=start, end=end, thickness=wall.thickness)
-        framed = any(edges[name].frame for name in ("start", "end", "top")) or stands_in_hole(
-            edges, rays, tolerance=tolerance, thickness=wall.thickness, closed=closed
-        )
+        framed = any(edges[name].frame > 0 for name in ("start", "end", "top"))
         both_rooms = was_walked or min(int((rays.side[inside] == side).sum()) for side in (1, -1)) >= ENOUGH
         empty = both_rooms and not (blind or closed or leaves or framed)
         if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
