@@ -101,14 +101,15 @@ def test_formats_of_doubles_lose_nothing_at_utm_coordinates(tmp_path, kind):
 
 
 @pytest.mark.parametrize("name", ["scan.las", "scan.laz"])
-def test_las_keeps_coordinates_time_and_classes(tmp_path, name):
+def test_las_keeps_coordinates_time_classes_and_intensity(tmp_path, name):
     points = np.round(box_points() + UTM, 3)
-    time, classes = np.arange(len(points)) * 0.01, np.arange(len(points)) % 7
-    write_las(tmp_path / name, points, gps_time=time, classification=classes)
+    time, classes, intensity = np.arange(len(points)) * 0.01, np.arange(len(points)) % 7, np.arange(len(points)) * 9
+    write_las(tmp_path / name, points, gps_time=time, classification=classes, intensity=intensity)
     cloud = read(tmp_path / name)
     assert np.abs(cloud.frame.to_scan(cloud.points) - points).max() < 2e-9
     assert np.array_equal(cloud.gps_time, time)
     assert np.array_equal(cloud.classification, classes)
+    assert np.array_equal(cloud.intensity, intensity)
 
 
 def test_las_without_time_and_classes(tmp_path):
@@ -116,6 +117,7 @@ def test_las_without_time_and_classes(tmp_path):
     cloud = read(tmp_path / "scan.laz")
     assert cloud.gps_time is None
     assert cloud.classification is None
+    assert cloud.intensity is None
 
 
 def test_las_of_several_chunks_reports_progress(tmp_path, monkeypatch):

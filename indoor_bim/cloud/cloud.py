@@ -37,6 +37,8 @@ class Cloud:
         What was assumed or left out while reading.
     derived : dict of str to value
         Values of parameters that were derived while reading, by ``stage.name``.
+    intensity : (n,) uint16, optional
+        Strength of each return, in the unit of the scanner.
     """
 
     points: Points
@@ -48,6 +50,7 @@ class Cloud:
     crs: str | None = None
     warnings: tuple[str, ...] = ()
     derived: dict[str, Any] = field(default_factory=dict)
+    intensity: NDArray[np.uint16] | None = None
 
     def __len__(self) -> int:
         return len(self.points)

@@ -39,6 +39,7 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
         points = np.zeros((file.count, 3))
         gps_time = np.zeros(file.count) if file.has_time else None
         classes = np.zeros(file.count, dtype=np.uint8)
+        intensity = np.zeros(file.count, dtype=np.uint16)
         done = 0
         for record in file.records(size=CHUNK, progress=progress):
             part = slice(done, done + len(record))
@@ -46,11 +47,13 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
             if gps_time is not None:
                 gps_time[part] = record["gps_time"]
             classes[part] = record["classification"]
+            intensity[part] = record["intensity"]
             done += len(record)
         crs, unit = file.reference()
     if gps_time is not None and not gps_time.any():
         gps_time = None
-    return RawScan(points, gps_time, classes if classes.any() else None, crs=crs, unit=unit)
+    measured = intensity if intensity.any() else None
+    return RawScan(points, gps_time, classes if classes.any() else None, crs=crs, unit=unit, intensity=measured)
 
 
 def iterate_chunks(path: str | Path, *, size: int = CHUNK) -> Iterator[NDArray[np.float64]]:

@@ -57,7 +57,7 @@ def sample_las(path: Path, *, limit: DensityLimit, unit: str = "auto", progress:
 def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress: Callable[[float], None] | None) -> RawScan:
     crs, declared = file.reference()
     metres = np.abs(file.header.scales) * _metres_per_unit(file, unit, declared)
-    names: dict[str, type] = {"classification": np.uint8} | ({"gps_time": np.float64} if file.has_time else {})
+    names: dict[str, type] = {"classification": np.uint8, "intensity": np.uint16} | ({"gps_time": np.float64} if file.has_time else {})
     sample = DensitySample(side=np.maximum(np.rint(side / metres), 1).astype(np.int64), limit=limit, names=names)
     for record in file.records(size=PIECE, progress=progress):
         steps = np.zeros((len(record), 3), dtype=np.int32)
@@ -67,7 +67,7 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
     kept, values = sample.points()
     points = file.coordinates(dict(zip("XYZ", kept.T, strict=True)))
     logger.info("kept %s of %s points, %d or fewer of each cube of %.0f cm", f"{len(points):,}", f"{file.count:,}", sample.most, 100 * side)
-    times, classes = values.get("gps_time"), values["classification"]
+    times, classes, intensity = values.get("gps_time"), values["classification"], values["intensity"]
     return RawScan(
         points,
         gps_time=times if times is not None and times.any() else None,
@@ -75,6 +75,7 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
         crs=crs,
         unit=declared,
         per_cube=sample.most,
+        intensity=intensity if intensity.any() else None,
     )
 
 

@@ -28,6 +28,8 @@ class RawScan:
         Unit that the file declares, by its short name.
     per_cube : int, optional
         Most points kept of a cube of 10 cm, where not all were kept.
+    intensity : (n,) uint16, optional
+        Strength of each return, in the unit of the scanner.
     """
 
     points: NDArray[np.float64]
@@ -37,3 +39,4 @@ class RawScan:
     crs: str | None = None
     unit: str | None = None
     per_cube: int | None = None
+    intensity: NDArray[np.uint16] | None = None

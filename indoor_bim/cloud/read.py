@@ -171,11 +171,13 @@ def _cloud(
     frame = Frame(origin, np.array(UP_ROTATIONS[axis]), scale, np.zeros(3))
     times = None if raw.gps_time is None else raw.gps_time[finite]
     classes = None if raw.classification is None else raw.classification[finite]
+    intensity = None if raw.intensity is None else raw.intensity[finite]
     per_cube = raw.per_cube
     if limit is not None and per_cube is None and len(points) > limit.above:
         kept, per_cube = kept_rows(points, limit=limit, metres=scale)
         points = points[kept]
         times, classes = None if times is None else times[kept], None if classes is None else classes[kept]
+        intensity = None if intensity is None else intensity[kept]
     path = None
     if trajectory is not None and trajectory is not False:
         path = _local_path(trajectory, frame)
@@ -193,6 +195,7 @@ def _cloud(
         crs=crs or raw.crs,
         warnings=tuple(warnings),
         derived={} if per_cube is None else {"read.per_cube": per_cube},
+        intensity=intensity,
     )
 
 
