@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from indoor_bim.cloud.compiled import compiled, inlined
 from indoor_bim.cloud.voxel_sums import FREE, slot_of
+from indoor_bim.compiled import compiled, inlined
 
 MOST_HALVINGS = 24
 STATE = 4

@@ -6,8 +6,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.compiled import compiled
-from indoor_bim.cloud.threads import even_slices, in_threads, threads_for
+from indoor_bim.compiled import compiled
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 
 def bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

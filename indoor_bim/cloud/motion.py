@@ -37,7 +37,7 @@ def moved(points: Floats, rotation: Floats, shift: ArrayLike = (0.0, 0.0, 0.0)) 
         x, y, z = points.T
         return np.column_stack([x * r[0] + y * r[1] + z * r[2] + s for r, s in zip(rotation, offset, strict=True)])
     from indoor_bim.cloud.point_loops import move
-    from indoor_bim.cloud.threads import even_slices, in_threads, threads_for
+    from indoor_bim.threads import even_slices, in_threads, threads_for
 
     points, rotation = np.ascontiguousarray(points), np.ascontiguousarray(rotation)
     out = np.zeros(points.shape)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from indoor_bim.cloud.compiled import compiled
+from indoor_bim.compiled import compiled
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _floats, _table = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")

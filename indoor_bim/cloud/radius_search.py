@@ -13,8 +13,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.compiled import compiled, inlined
-from indoor_bim.cloud.threads import even_slices, in_threads, threads_for
+from indoor_bim.compiled import compiled, inlined
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 FREE = np.int64(-1)
 FIRST_SLOTS = 1024

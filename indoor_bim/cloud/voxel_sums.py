@@ -12,8 +12,8 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.compiled import compiled, inlined
-from indoor_bim.cloud.threads import even_slices, in_threads, threads_for
+from indoor_bim.compiled import compiled, inlined
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 FREE = np.int64(-1)
 HASH = np.uint64(0x9E3779B97F4A7C15)
