@@ -186,7 +186,8 @@ def _open(path: Path) -> Any:
     import laspy
 
     wanted = laspy.DecompressionSelection
-    reader = laspy.open(path, decompression_selection=wanted.XY_RETURNS_CHANNEL | wanted.Z | wanted.CLASSIFICATION | wanted.GPS_TIME)
+    needed = wanted.XY_RETURNS_CHANNEL | wanted.Z | wanted.CLASSIFICATION | wanted.GPS_TIME | wanted.INTENSITY
+    reader = laspy.open(path, decompression_selection=needed)
     header, size = reader.header, path.stat().st_size
     scales, offsets = np.asarray(header.scales), np.asarray(header.offsets)
     fault = None
