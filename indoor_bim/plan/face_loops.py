@@ -35,7 +35,7 @@ def sort_by_column(xy, rise, sensor, low, width, first, ordered):  # type: ignor
 @compiled(_points, types.bool_, types.int64, types.int64, _values, _values, _values, types.float64, types.float64, types.float64, _bool)
 def points_on_face(rows, sided, start, stop, p, d, n, length, reach, column, hit):  # type: ignore[no-untyped-def]
     """Number of points on a face, the sum of their squared distances in square micrometres, and the cells of it that they hit."""
-    count, squares = 0, 0
+    count, squares = np.int64(0), np.int64(0)
     columns, layers = hit.shape
     for i in range(start, stop):
         x, y = rows[i, 0] - p[0], rows[i, 1] - p[1]
@@ -48,7 +48,6 @@ def points_on_face(rows, sided, start, stop, p, d, n, length, reach, column, hit
         if sided and not (rows[i, 3] - p[0]) * n[0] + (rows[i, 4] - p[1]) * n[1] > 0:
             continue
         count += 1
-        whole = np.int64(np.rint(across / MICROMETRE))
-        squares += whole * whole
+        squares += np.int64(np.rint(across / MICROMETRE)) ** 2
         hit[min(int(along / column), columns - 1), max(min(int(rows[i, 2] * layers), layers - 1), 0)] = True
     return count, squares
