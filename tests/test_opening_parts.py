@@ -130,7 +130,7 @@ def test_drift_and_relief_are_told_apart():
     panel = (along > 1.0) & (along < 2.0) & (up < 2.0)
     depth = (drift[period] + np.where(panel, 0.02, 0) + rng.normal(0, 0.01, n)).astype(np.float32)
     ones = np.ones(n, dtype=np.float32)
-    rays = WallRays(np.ones(n, dtype=np.int8), depth, along, up, along, up, along, up, ones, period)
+    rays = WallRays(np.ones(n, dtype=np.int8), depth, along, up, along, up, along, up, ones, ones, period)
     level, scatter, (relief,) = level_faces(rays, cell=0.1, shape=(25, 40))
     assert scatter == pytest.approx(0.01, abs=0.002)
     assert np.median(level.depth[~panel]) == pytest.approx(0, abs=0.003)

@@ -182,7 +182,7 @@ def _damaged(path: Path, found: str) -> str:
 
 
 def _open(path: Path) -> Any:
-    """Reader of a file that can hold what its header says; it decodes coordinates, time and class only."""
+    """Reader of a file that can hold what its header says; it decodes coordinates, time, class and intensity only."""
     import laspy
 
     wanted = laspy.DecompressionSelection

@@ -87,7 +87,9 @@ def blind_cell_states(picture: WallPicture) -> tuple[Bools, Bools]:
     return ~wall_cells, wall_cells
 
 
-def find_holes(open_cells: Bools, wall_cells: Bools, *, cell: float) -> list[Hole]:
+def find_holes(
+    open_cells: Bools, wall_cells: Bools, *, cell: float, min_width: float = SMALLEST_SIDE, min_height: float = SMALLEST_SIDE
+) -> list[Hole]:
     """Rectangles around connected open cells, to the nearest cell.
 
     Parameters
@@ -96,6 +98,8 @@ def find_holes(open_cells: Bools, wall_cells: Bools, *, cell: float) -> list[Hol
         States of the cells.
     cell : float
         Side of a cell, metres.
+    min_width, min_height : float
+        Smallest holes, metres.
 
     Examples
     --------
@@ -110,17 +114,19 @@ def find_holes(open_cells: Bools, wall_cells: Bools, *, cell: float) -> list[Hol
     labels, _ = ndimage.label(bridged, np.ones((3, 3)))
     holes: list[Hole] = []
     for number, box in enumerate(ndimage.find_objects(labels), start=1):
+        low, left = box[0].start, box[1].start
+        if (box[0].stop - low) * cell < min_height or (box[1].stop - left) * cell < min_width:
+            continue
         part = (labels[box] == number) & open_cells[box]
         if part.sum() * cell**2 < SMALLEST_SIDE**2 / 2:
             continue
-        low, left = box[0].start, box[1].start
         for columns in _runs(part, wall_cells[box], axis=0, cell=cell):
             strip = part[:, columns]
             for rows in _runs(strip, wall_cells[box][:, columns], axis=1, cell=cell)[:1]:
                 hole = Hole(
                     *(float(np.round(k * cell, 9)) for k in (left + columns.start, left + columns.stop, low + rows.start, low + rows.stop))
                 )
-                if min(hole.width, hole.height) >= SMALLEST_SIDE:
+                if hole.width >= min_width and hole.height >= min_height:
                     holes.append(hole)
     return sorted(holes, key=lambda hole: (hole.start, hole.bottom))
 

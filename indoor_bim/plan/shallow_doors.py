@@ -63,8 +63,8 @@ def find_shallow_doors(
         mine = rays.take((rays.side == face.side) & (np.abs(rays.depth) < LARGEST_STEP + 3 * scatter) & (rays.slant > STEEP))
         for sign in (1, -1):
             stepped = sure & (depth * sign > 0)
-            for hole in find_holes(stepped, (hits >= 3) & ~stepped, cell=cell):
-                if hole.bottom > FLOOR or not min_width <= hole.width <= max_width or not min_height <= hole.top <= max_height:
+            for hole in find_holes(stepped, (hits >= 3) & ~stepped, cell=cell, min_width=min_width, min_height=min_height - FLOOR):
+                if hole.bottom > FLOOR or hole.width > max_width or not min_height <= hole.top <= max_height:
                     continue
                 if wall.height - hole.top < LINTEL:
                     continue

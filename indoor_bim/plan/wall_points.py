@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays
+from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays, rows_of_walls, wall_table
 
 Floats = NDArray[np.float64]
 
@@ -32,28 +32,14 @@ def points_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -
     along, across, up : (m,) float64
         Distance along the axis from its first end, to the left of it, and above the foot of the wall, metres.
     """
-    cell = 0.5
-    low = points[:, :2].min(axis=0) if len(points) else np.zeros(2)
-    index = np.floor((points[:, :2] - low) / cell).astype(np.int64)
-    shape = index.max(axis=0) + 1 if len(points) else np.ones(2, dtype=np.int64)
-    key = index[:, 0] * shape[1] + index[:, 1]
-    order = np.argsort(key, kind="stable")
-    first = np.searchsorted(key[order], np.arange(int(shape.prod()) + 1))
-    ordered = points[order]
-    centre = low + (np.indices(tuple(shape)).reshape(2, -1).T + 0.5) * cell
-    for wall in walls:
-        d = np.array(wall.direction)
-        n = np.array([-d[1], d[0]])
-        half = wall.thickness / 2
-        u, v = (centre - wall.start) @ d, (centre - wall.start) @ n
-        near = (np.abs(v) < half + reach + cell) & (u > -MARGIN - cell) & (u < wall.length + MARGIN + cell)
-        cells = np.flatnonzero(near & (first[1:] > first[:-1]))
-        near_points = np.concatenate([ordered[first[c] : first[c + 1]] for c in cells]) if len(cells) else np.zeros((0, 3))
-        x, y = near_points[:, 0] - wall.start[0], near_points[:, 1] - wall.start[1]
-        along, across, up = x * d[0] + y * d[1], x * n[0] + y * n[1], near_points[:, 2] - wall.base
-        keep = (np.abs(across) < half + reach) & (along > -MARGIN) & (along < wall.length + MARGIN)
-        keep &= (up > -MARGIN) & (up < wall.height + MARGIN)
-        yield along[keep], across[keep], up[keep]
+    from indoor_bim.plan.wall_loops import point_places, points_of_walls
+
+    boxes = wall_table(walls)
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    for box, rows in zip(boxes, rows_of_walls(points_of_walls, len(boxes), points, boxes, reach, MARGIN), strict=True):
+        places = np.zeros((3, len(rows)))
+        point_places(points, rows, box, places)
+        yield places[0], places[1], places[2]
 
 
 def rays_from_points(along: Floats, across: Floats, up: Floats, *, thickness: float, both_faces: bool) -> WallRays:
@@ -87,5 +73,6 @@ def rays_from_points(along: Floats, across: Floats, up: Floats, *, thickness: fl
         along_end=x,
         up_end=z,
         slant=np.ones(len(x), dtype=np.float32),
+        length=depth[near].astype(np.float32),
         period=np.zeros(len(x), dtype=np.int64),
     )

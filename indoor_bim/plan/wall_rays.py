@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,12 +13,10 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Float32s = NDArray[np.float32]
 Ints = NDArray[np.int64]
+Int32s = NDArray[np.int32]
 
 FRONT = 0.15  # metres before a face: points farther away are not on it
 MARGIN = 0.30  # metres beyond the ends of a wall that belong to its picture
-SENSOR_CELL = 0.5  # metres: rays from one such square of the plan are looked up together
-CHUNK = 4_000_000  # rays sorted at a time
-TURN = 2 * np.pi
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,8 +69,12 @@ class WallRays:
         Where the ray ended.
     slant : (n,) float32
         Cosine of the angle between the ray and the normal of the wall.
+    length : (n,) float32
+        Metres.
     period : (n,) int64
         Stretch of the path that it was measured on.
+    intensity : (n,) array, optional
+        Strength of its return, in the unit of the scanner.
     """
 
     side: NDArray[np.int8]
@@ -84,17 +86,21 @@ class WallRays:
     along_end: Float32s
     up_end: Float32s
     slant: Float32s
+    length: Float32s
     period: Ints
+    intensity: NDArray | None = None
 
     def __len__(self) -> int:
         return len(self.side)
 
     def take(self, rows: NDArray) -> Self:
         """Rays of the given rows (indices or mask)."""
-        return replace(self, **{name: getattr(self, name)[rows] for name in self.__slots__})
+        return replace(self, **{name: values[rows] for name in self.__slots__ if (values := getattr(self, name)) is not None})
 
 
-def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, period: Ints) -> list[WallRays]:
+def rays_at_walls(
+    walls: Sequence[WallBox], points: Floats, sensors: Floats, period: Ints, intensity: NDArray | None = None
+) -> list[WallRays]:
     """Rays that came to each wall.
 
     Parameters
@@ -107,118 +113,54 @@ def rays_at_walls(walls: Sequence[WallBox], points: Floats, sensors: Floats, per
         Their beginnings, metres.
     period : (n,) int64
         Stretch of the path that each was measured on.
+    intensity : (n,) array, optional
+        Strength of each return, in the unit of the scanner; 0 where it is not known.
 
     Returns
     -------
     list of WallRays
         One for each wall.
     """
-    parts: list[list[WallRays]] = [[] for _ in walls]
-    for begin in range(0, max(len(points), 1), CHUNK):
-        rows = slice(begin, begin + CHUNK)
-        for part, rays in zip(parts, _rays_of_chunk(walls, points[rows], sensors[rows], period[rows]), strict=True):
-            part.append(rays)
-    return [_joined(part) for part in parts]
+    from indoor_bim.plan.wall_loops import ray_fields, rays_of_walls
+
+    boxes = wall_table(walls)
+    points, sensors = np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(sensors, dtype=np.float64)
+    found = []
+    for box, rows in zip(boxes, rows_of_walls(rays_of_walls, len(boxes), points, sensors, boxes, FRONT, MARGIN), strict=True):
+        fields = np.zeros((10, len(rows)), dtype=np.float32)
+        ray_fields(points, sensors, rows, box, fields)
+        side, *metres = fields
+        found.append(WallRays(side.astype(np.int8), *metres, period=period[rows], intensity=None if intensity is None else intensity[rows]))
+    return found
 
 
-def _rays_of_chunk(walls: Sequence[WallBox], points: Floats, sensors: Floats, period: Ints) -> Iterator[WallRays]:
-    """Rays of one chunk, sorted by sensor square and azimuth, so that each wall only looks at those that point towards it."""
-    square = np.floor(sensors[:, :2] / SENSOR_CELL).astype(np.int64)
-    square -= square.min(axis=0) if len(square) else 0
-    name = square[:, 0] * (int(square[:, 1].max()) + 1 if len(square) else 1) + square[:, 1]
-    names, group = np.unique(name, return_inverse=True)
-    heading = np.arctan2(*(points[:, :2] - sensors[:, :2]).T[::-1].astype(np.float32)).astype(np.float64) % TURN
-    key = group * (2 * TURN) + heading
-    order = np.argsort(key, kind="stable")
-    key = key[order]
-    p, s, t = points[order].astype(np.float32), sensors[order].astype(np.float32), period[order]
-    bounds = np.searchsorted(key, np.arange(len(names) + 1) * (2 * TURN))
-    corners = np.array([[_extent(s[a:b, k]) for k in (0, 1)] for a, b in itertools.pairwise(bounds)])
-    for wall in walls:
-        spans = _spans_towards(wall, corners.reshape(-1, 2, 2), key, bounds)
-        yield _rays_of_wall(wall, p, s, t, spans)
+def wall_table(walls: Sequence[WallBox]) -> Floats:
+    """Walls for compiled loops, one row each: x, y, dx, dy, half, length, base, height; metres.
+
+    Parameters
+    ----------
+    walls : sequence of WallBox
+        Walls.
+    """
+    rows = [(*w.start, *w.direction, w.thickness / 2, w.length, w.base, w.height) for w in walls]
+    return np.array(rows, dtype=np.float64).reshape(-1, 8)
 
 
-def _extent(values: Float32s) -> tuple[float, float]:
-    return float(values.min()), float(values.max())
+def rows_of_walls(loop: Callable[..., None], walls: int, *given: Any) -> list[Int32s]:
+    """Rows that a compiled loop finds for each wall, in ascending order: they are counted first, then written.
 
-
-def _spans_towards(wall: WallBox, corners: Floats, key: Floats, bounds: Ints) -> list[tuple[int, int]]:
-    """Ranges of the sorted rays whose azimuth can hit the wall from anywhere in their sensor square."""
-    d = np.array(wall.direction)
-    n = np.array([-d[1], d[0]])
-    half = wall.thickness / 2 + FRONT
-    u, v = np.array([-MARGIN, wall.length + MARGIN]), np.array([-half, half])
-    plan = np.array(wall.start) + u[:, None, None] * d + v[None, :, None] * n
-    offset = 0.01  # metres and radians: rounding
-    xs = corners[:, 0][:, [0, 0, 1, 1]] + offset * np.array([-1, -1, 1, 1])
-    ys = corners[:, 1][:, [0, 1, 0, 1]] + offset * np.array([-1, 1, -1, 1])
-    to_x = (plan[..., 0].reshape(1, 1, 4) - xs[:, :, None]).reshape(len(corners), -1)
-    to_y = (plan[..., 1].reshape(1, 1, 4) - ys[:, :, None]).reshape(len(corners), -1)
-    middle = np.arctan2(to_y.mean(axis=1), to_x.mean(axis=1))
-    turn = (np.arctan2(to_y, to_x) - middle[:, None] + np.pi) % TURN - np.pi
-    low, high = turn.min(axis=1) - offset, turn.max(axis=1) + offset
-    around = high - low > 0.9 * np.pi  # the square touches the wall: rays of any azimuth
-    spans: list[tuple[int, int]] = []
-    begin = (middle + low) % TURN
-    end = begin + (high - low)
-    base = np.arange(len(corners)) * (2 * TURN)
-    first, last = np.searchsorted(key, base + begin), np.searchsorted(key, base + np.minimum(end, TURN))
-    wrapped = np.searchsorted(key, base + np.maximum(end - TURN, 0))
-    for g in range(len(corners)):
-        if around[g]:
-            spans.append((int(bounds[g]), int(bounds[g + 1])))
-            continue
-        if last[g] > first[g]:
-            spans.append((int(first[g]), int(last[g])))
-        if end[g] > TURN and wrapped[g] > bounds[g]:
-            spans.append((int(bounds[g]), int(wrapped[g])))
-    return spans
-
-
-def _rays_of_wall(wall: WallBox, p: Float32s, s: Float32s, t: Ints, spans: Sequence[tuple[int, int]]) -> WallRays:
-    """Exact test of the rays in the ranges."""
-    dx, dy = wall.direction
-    half = wall.thickness / 2
-    x0, y0 = wall.start
-    offset = np.float32(-x0 * -dy - y0 * dx)
-    nx, ny = np.float32(-dy), np.float32(dx)
-    found: list[Ints] = []
-    for a, b in spans:
-        vs = s[a:b, 0] * nx + s[a:b, 1] * ny + offset
-        vp = p[a:b, 0] * nx + p[a:b, 1] * ny + offset
-        hit = ((vs > half) & (vp < half + FRONT) & (vp < vs)) | ((vs < -half) & (vp > -half - FRONT) & (vp > vs))
-        found.append(np.flatnonzero(hit) + a)
-    rows = np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
-    start, end = s[rows], p[rows]
-    vs = start[:, 0] * nx + start[:, 1] * ny + offset
-    side = np.where(vs > 0, 1, -1).astype(np.int8)
-    vs, vp = vs * side, (end[:, 0] * nx + end[:, 1] * ny + offset) * side
-    us = (start[:, 0] - x0) * dx + (start[:, 1] - y0) * dy
-    ue = (end[:, 0] - x0) * dx + (end[:, 1] - y0) * dy
-    share = (vs - half) / (vs - vp)
-    along, up = us + share * (ue - us), start[:, 2] + share * (end[:, 2] - start[:, 2]) - wall.base
-    keep = (along > -MARGIN) & (along < wall.length + MARGIN) & (up > -MARGIN) & (up < wall.height + MARGIN)
-    far = (vs + half) / (vs - vp)
-    reach = np.sqrt(((end - start) ** 2).sum(axis=1))
-    rays = WallRays(
-        side=side,
-        depth=_float32(half - vp),
-        along=_float32(along),
-        up=_float32(up),
-        along_far=_float32(us + far * (ue - us)),
-        up_far=_float32(start[:, 2] + far * (end[:, 2] - start[:, 2]) - wall.base),
-        along_end=_float32(ue),
-        up_end=_float32(end[:, 2] - wall.base),
-        slant=_float32((vs - vp) / np.maximum(reach, 1e-9)),
-        period=t[rows],
-    )
-    return rays.take(keep)
-
-
-def _float32(values: NDArray) -> Float32s:
-    return values.astype(np.float32)
-
-
-def _joined(parts: Sequence[WallRays]) -> WallRays:
-    return WallRays(**{name: np.concatenate([getattr(part, name) for part in parts]) for name in WallRays.__slots__})
+    Parameters
+    ----------
+    loop : callable
+        Counts or writes the rows of all walls.
+    walls : int
+        Number of walls.
+    *given : values
+        First arguments of the loop.
+    """
+    count, nothing = np.zeros(walls, dtype=np.int64), np.zeros(0, dtype=np.int32)
+    loop(*given, False, count, nothing)
+    first = np.concatenate([[0], np.cumsum(count)])
+    rows = np.zeros(int(first[-1]), dtype=np.int32)
+    loop(*given, True, first[:-1].copy(), rows)
+    return [rows[a:b] for a, b in itertools.pairwise(first)]

@@ -1,0 +1,98 @@
+"""Rays and points at walls, one by one: the compiled inner loops of `wall_rays` and `wall_points`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from indoor_bim.compiled import compiled
+
+_points = types.Array(types.float64, 2, "C", readonly=True)
+_wall = types.Array(types.float64, 1, "C", readonly=True)
+_rows, _counts = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C")
+_table = types.Array(types.float32, 2, "C")
+_places = types.Array(types.float64, 2, "C")
+_f64 = types.float64
+
+
+@compiled(_points, _points, _points, _f64, _f64, types.boolean, _counts, _rows)
+def rays_of_walls(points, sensors, walls, front, margin, fill, place, rows):  # type: ignore[no-untyped-def]
+    """Rays that came to each wall, a row of `walls` for each: x, y, dx, dy, half, length, base, height.
+
+    Without `fill` they are counted in `place`; with it their numbers are written to `rows`, from `place` on.
+    """
+    for i in range(len(points)):
+        sx, sy, sz = sensors[i, 0], sensors[i, 1], sensors[i, 2]
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        for w in range(len(walls)):
+            x, y, dx, dy = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
+            half = walls[w, 4]
+            begin = (sy - y) * dx - (sx - x) * dy
+            end = (py - y) * dx - (px - x) * dy
+            if begin < 0:
+                begin, end = -begin, -end
+            if not (begin > half and end < half + front and end < begin):
+                continue
+            share = (begin - half) / (begin - end)
+            up = sz + share * (pz - sz) - walls[w, 6]
+            if not (up > -margin and up < walls[w, 7] + margin):
+                continue
+            along = (sx + share * (px - sx) - x) * dx + (sy + share * (py - sy) - y) * dy
+            if not (along > -margin and along < walls[w, 5] + margin):
+                continue
+            if fill:
+                rows[place[w]] = i
+            place[w] += 1
+
+
+@compiled(_points, _points, _rows, _wall, _table)
+def ray_fields(points, sensors, rows, wall, fields):  # type: ignore[no-untyped-def]
+    """Side, depth, along, up, far along, far up, end along, end up, slant and length of the rays at one wall, a row of `fields` each."""
+    x, y, dx, dy, half, base = wall[0], wall[1], wall[2], wall[3], wall[4], wall[6]
+    for k in range(len(rows)):
+        i = rows[k]
+        begin = (sensors[i, 1] - y) * dx - (sensors[i, 0] - x) * dy
+        end = (points[i, 1] - y) * dx - (points[i, 0] - x) * dy
+        side = 1.0
+        if begin < 0:
+            begin, end, side = -begin, -end, -1.0
+        u = (sensors[i, 0] - x) * dx + (sensors[i, 1] - y) * dy
+        v = (points[i, 0] - x) * dx + (points[i, 1] - y) * dy
+        low, rise = sensors[i, 2] - base, points[i, 2] - sensors[i, 2]
+        near, far = (begin - half) / (begin - end), (begin + half) / (begin - end)
+        length = np.sqrt((begin - end) ** 2 + (v - u) ** 2 + rise**2)
+        fields[0, k] = side
+        fields[1, k] = half - end
+        fields[2, k], fields[3, k] = u + near * (v - u), low + near * rise
+        fields[4, k], fields[5, k] = u + far * (v - u), low + far * rise
+        fields[6, k], fields[7, k] = v, low + rise
+        fields[8, k] = (begin - end) / max(length, 1e-9)
+        fields[9, k] = length
+
+
+@compiled(_points, _points, _f64, _f64, types.boolean, _counts, _rows)
+def points_of_walls(points, walls, reach, margin, fill, place, rows):  # type: ignore[no-untyped-def]
+    """Points close to each wall; walls and the way of counting and writing as in `rays_of_walls`."""
+    for i in range(len(points)):
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        for w in range(len(walls)):
+            x, y, dx, dy = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
+            if not abs((py - y) * dx - (px - x) * dy) < walls[w, 4] + reach:
+                continue
+            along = (px - x) * dx + (py - y) * dy
+            up = pz - walls[w, 6]
+            if along > -margin and along < walls[w, 5] + margin and up > -margin and up < walls[w, 7] + margin:
+                if fill:
+                    rows[place[w]] = i
+                place[w] += 1
+
+
+@compiled(_points, _rows, _wall, _places)
+def point_places(points, rows, wall, places):  # type: ignore[no-untyped-def]
+    """Along, across and up of the points at one wall, a row of `places` each."""
+    x, y, dx, dy, base = wall[0], wall[1], wall[2], wall[3], wall[6]
+    for k in range(len(rows)):
+        i = rows[k]
+        places[0, k] = (points[i, 0] - x) * dx + (points[i, 1] - y) * dy
+        places[1, k] = (points[i, 1] - y) * dx - (points[i, 0] - x) * dy
+        places[2, k] = points[i, 2] - base
