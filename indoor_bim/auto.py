@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import shapely
@@ -20,20 +19,25 @@ from indoor_bim.plan.face_lines import FaceLines, face_lines, join_lines
 from indoor_bim.plan.face_support import measure
 from indoor_bim.plan.line_ends import end_cuts, prolong
 from indoor_bim.plan.line_merging import merge_lines
+from indoor_bim.plan.local_density import thinly_scanned
+from indoor_bim.plan.loose_faces import attached, opaque, reach_out, without_doubles
 from indoor_bim.plan.oblique import other_directions, unexplained
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outlines
 from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
-from indoor_bim.plan.strips import BELOW_CEILING, WHOLE_COLUMN, Sweep, evidence_along, sweep
+from indoor_bim.plan.strips import BELOW_CEILING, FAR, THIN, WHOLE_COLUMN, Sweep, evidence_along, sweep
 
 logger = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
 Images = NDArray[np.floating]
 
+MAIN = (0.0, float(np.pi / 2))
 PIXEL = 0.025
 REACH = 1.5
+FAINT = 0.004  # share of pixels hit: two hits within half a metre
+SPARSE = 100.0  # points per square metre: where fewer were taken, the scanner only looked in from afar
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -84,15 +88,9 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     wall_points = ev.wall_points(points, sensor, filled, floor=floor)
     if not len(wall_points):
         raise NothingToReconstructError(_no_walls(len(levelled.points)))
-    strips = BELOW_CEILING if overhead is not None else WHOLE_COLUMN
-    sweeps = [sweep(wall_points, angle, strips=strips) for angle in (0.0, np.pi / 2)]
-    lines = join_lines([face_lines(swept, family=k) for k, swept in enumerate(sweeps)])
-    rest = unexplained(wall_points, lines)
-    for angle in other_directions(rest) if overhead is not None else ():
-        sweeps.append(sweep(rest, angle, strips=strips))
-        lines = join_lines([lines, face_lines(sweeps[-1], family=len(sweeps) - 1)])
-    lines = merge_lines(lines)
     seen, density, column = ev.overhead_hits(points, wall_points, filled, low=low, high=high, cell=PIXEL)
+    spacious = Raster(density / PIXEL**2, low, PIXEL)
+    lines, sweeps = _find_lines(wall_points, spacious if overhead is not None else None)
     if overhead is None:
         seen, density = Raster(np.zeros_like(seen.image), low, PIXEL), np.zeros_like(density)
     floor_hits = np.abs(points[:, 2] - floor) < 0.06
@@ -105,8 +103,9 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     if sensor is None:
         horizontal = Raster((seen.image > 0) | (floor_image > 0), low, PIXEL)
         lines = lines.take(_looks_into_free_space(lines, horizontal))
-    firm = ev.free_borders(Raster(np.maximum(seen.image, floor_image), low, PIXEL), lines)
-    weak = ev.free_borders(seen, lines) if overhead is not None else firm
+    near_by = np.maximum(density, floor_density) > SPARSE * PIXEL**2
+    firm = ev.free_borders(Raster(np.maximum(seen.image, floor_image) * near_by, low, PIXEL), lines)
+    weak = ev.free_borders(Raster(seen.image * near_by, low, PIXEL), lines) if overhead is not None else firm
     cut_p, cut_q = end_cuts(lines)
     edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p]), np.vstack([firm[1], weak[1], cut_q])
     start, end = prolong(lines)
@@ -124,10 +123,32 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     room = label_cells(cells, inside=inside, wall=wall)
     outlines = tuple(room_outlines(cells, room, faces, spanned=spanned, min_closed=0.4 if overhead is not None else 0.25))
     outlines = _behind_built_ins(outlines, folded_lines(lines))
-    free = Raster((density > 0.02) | (floor_density > 0.02), low, PIXEL)
-    loose = _loose_faces(lines, sweeps, outlines, free)
+    free = Raster((density > FAINT) | (floor_density > FAINT), low, PIXEL)
+    loose = None
+    if overhead is not None:
+        loose = _loose_faces(lines, sweeps, outlines, _roofed(seen), points, sensor, height=(floor, storey.ceiling or top))
     plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=storey.ceiling, seen=free)
     return AutoStages(lines, cells, room, wall, inside, seen, outlines, plan)
+
+
+def _find_lines(points: ev.WallPoints, overhead: Raster | None) -> tuple[FaceLines, list[Sweep]]:
+    """Lines of faces, and the sweeps that show them: densely scanned walls first, then those that were seen from far away."""
+    if overhead is None:
+        sweeps = [sweep(points, angle, strips=WHOLE_COLUMN) for angle in MAIN]
+        return merge_lines(join_lines([face_lines(swept, family=k) for k, swept in enumerate(sweeps)])), sweeps
+    sweeps, parts = [], []
+    for strips, sparse in ((BELOW_CEILING, np.inf), (THIN, 600.0), (FAR, SPARSE)):
+        candidates = points if np.isinf(sparse) else points.take(thinly_scanned(points, overhead, sparse=sparse))
+        if not len(candidates):
+            continue
+        for angle in MAIN:
+            sweeps.append(sweep(candidates, angle, strips=strips))
+            parts.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+        rest = unexplained(candidates, join_lines(parts))
+        for angle in other_directions(rest) if strips is BELOW_CEILING else ():
+            sweeps.append(sweep(rest, angle, strips=strips))
+            parts.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+    return merge_lines(join_lines(parts)), sweeps
 
 
 def _looks_into_free_space(lines: FaceLines, horizontal: Raster) -> NDArray[np.bool_]:
@@ -176,15 +197,20 @@ def _cover(storey: StoreyLevels, floor: float) -> float:
 
 
 def _extent(overhead: Raster | None, sample: Floats, floor: float, top: float, *, margin: float = 1.2) -> tuple[Floats, Floats]:
+    from scipy import ndimage
+
     if overhead is None:
         inside = sample[(sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)]
         spots = inside[:, :2]
         return np.quantile(spots, 0.005, axis=0) - 0.1, np.quantile(spots, 0.995, axis=0) + 0.1
     spots = overhead.centre(np.argwhere(~np.isnan(overhead.image)))
     level = float(np.nanmedian(overhead.image))
-    faint = np.floor(sample[np.abs(sample[:, 2] - level) < 0.06, :2]).astype(np.int64)
-    cells, count = np.unique(faint, axis=0, return_counts=True)
-    spots = np.vstack([spots, cells[count >= 5] + 0.5])
+    hits = np.floor(sample[np.abs(sample[:, 2] - level) < 0.06, :2]).astype(np.int64)
+    first = hits.min(axis=0)
+    hit = np.zeros(hits.max(axis=0) - first + 1, dtype=np.float32)
+    hit[tuple((hits - first).T)] = 1
+    faint = np.argwhere((hit > 0) & (9 * ndimage.uniform_filter(hit, 3, mode="constant") > 5.5)) + first
+    spots = np.vstack([spots, faint + 0.5])
     return spots.min(axis=0) - margin, spots.max(axis=0) + margin
 
 
@@ -223,8 +249,7 @@ def _edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> Float
         if not len(rows):
             continue
         start, end = float(lines.start[line]) - REACH, float(lines.end[line]) + REACH
-        profile = evidence_along(sweeps[lines.family[line]], float(lines.angle[line]), float(lines.offset[line]), start, end)
-        profile = np.clip((profile - 0.15) / 0.5, 0, 1)
+        profile = np.clip((line_evidence(lines, line, sweeps, start, end) - 0.15) / 0.5, 0, 1)
         at = np.linspace(start, end, len(profile) + 1)
         total = np.concatenate([[0.0], np.cumsum(profile)]) * (end - start) / len(profile)
         u0, u1 = cells.edge_start[rows] @ lines.direction[line], cells.edge_end[rows] @ lines.direction[line]
@@ -232,35 +257,68 @@ def _edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> Float
     return np.clip(wall, 0, 1)
 
 
+def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float, end: float) -> Floats:
+    """Best wall evidence along a line in the sweeps of about its direction, one value for each fine strip."""
+    angle, offset = float(lines.angle[row]), float(lines.offset[row])
+    own = sweeps[lines.family[row]].angle
+    best: Floats = np.maximum.reduce([evidence_along(s, angle, offset, start, end) for s in sweeps if s.angle == own])
+    return best
+
+
+def _roofed(seen: Raster, *, coarse: int = 20, share: float = 0.2) -> Raster:
+    """Where the surface overhead was hit here and there."""
+    from scipy import ndimage
+
+    rows, columns = (np.array(seen.image.shape) // coarse) * coarse
+    hit = seen.image[:rows, :columns].reshape(rows // coarse, coarse, columns // coarse, coarse).max(axis=(1, 3)) > 0
+    cell = seen.cell * coarse
+    return Raster(ndimage.uniform_filter(hit.astype(np.float32), 3) > share, seen.origin, cell)
+
+
 def _loose_faces(
     lines: FaceLines,
     sweeps: list[Sweep],
     outlines: tuple[RoomOutline, ...],
-    free: Raster,
+    roofed: Raster,
+    points: Floats,
+    sensor: Floats | None,
     *,
-    shortest: float = 0.8,
+    height: tuple[float, float],
+    shortest: float = 1.6,
     away: float = 0.5,
-) -> list[tuple[Floats, Floats]]:
-    """Pieces of wall lines in rooms that were only looked into: seen well, free space in front, away from closed rooms."""
+    bridge: int = 8,
+) -> tuple[Floats, Floats]:
+    """Pieces of wall lines in rooms that were only looked into: seen well, a ceiling in front, away from closed rooms."""
+    from scipy import ndimage
+
     rooms = shapely.union_all([outline.polygon.buffer(away) for outline in outlines]) if outlines else shapely.Polygon()
     pieces = []
     for k in range(len(lines)):
         start, end = float(lines.start[k]), float(lines.end[k])
-        profile = evidence_along(sweeps[lines.family[k]], float(lines.angle[k]), float(lines.offset[k]), start, end)
+        profile = line_evidence(lines, k, sweeps, start, end)
         t = start + (np.arange(len(profile)) + 0.5) * (end - start) / len(profile)
         spots = t[:, None] * lines.direction[k] + lines.offset[k] * lines.normal[k]
         good = (profile > 0.35) & ~shapely.contains_xy(rooms, *spots.T)
-        good &= free.sample(spots + 0.3 * lines.normal[k]) > 0
+        good &= roofed.sample(spots + 1.0 * lines.normal[k]) > 0
+        good = ndimage.binary_closing(np.pad(good, bridge), np.ones(2 * bridge + 1))[bridge:-bridge]
         edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]])))
         for first, last in edges.reshape(-1, 2):
             if (last - first) * BELOW_CEILING.along >= shortest:
                 pieces.append((spots[first], spots[last - 1]))
-    return pieces
+    p, q = (np.array([piece[end] for piece in pieces]).reshape(-1, 2) for end in (0, 1))
+    keep = without_doubles(p, q)
+    if sensor is not None:
+        outside = ~shapely.contains_xy(rooms, *points[:, :2].T)
+        keep &= opaque(p, q, points[outside], sensor[outside], low=height[0] + 0.1, high=height[1] - 0.1)
+    closed = shapely.union_all([outline.polygon for outline in outlines])
+    p, q = reach_out(p[keep], q[keep], closed)
+    keep = attached(p, q, closed)
+    return p[keep], q[keep]
 
 
 def _plan(
     outlines: tuple[RoomOutline, ...],
-    loose: list[tuple[Floats, Floats]],
+    loose: tuple[Floats, Floats] | None,
     points: ev.WallPoints,
     *,
     floor: float,
@@ -268,8 +326,7 @@ def _plan(
     seen: Raster,
 ) -> StoreyPlan:
     """Plan of a storey: the sides of all rooms are its faces."""
-    p: list[Any] = [a for a, _ in loose]
-    q: list[Any] = [b for _, b in loose]
+    p, q = ([], []) if loose is None else (list(loose[0]), list(loose[1]))
     columns = []
     for outline in outlines:
         standing = [hole for hole in outline.holes if is_column(hole)]

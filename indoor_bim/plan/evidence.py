@@ -47,6 +47,10 @@ class WallPoints:
     def __len__(self) -> int:
         return len(self.xy)
 
+    def take(self, rows: NDArray) -> WallPoints:
+        """Points of the given rows (indices or mask)."""
+        return WallPoints(self.xy[rows], self.rise[rows], self.depth[rows], None if self.sensor is None else self.sensor[rows])
+
 
 def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool = False) -> Raster | None:
     """Height of the ceiling, or whatever level surface spans overhead, on a coarse grid.

@@ -62,8 +62,8 @@ class FaceLines:
         return replace(self, **{name: getattr(self, name)[rows] for name in self.__slots__})
 
 
-def ridges(swept: Sweep, *, shortest: float = 0.4) -> list[tuple[int, Ints, Ints]]:
-    """Crests of the wall evidence: side and strip indices (u, v) of each, ordered along u."""
+def ridges(swept: Sweep, *, shortest: int = 4) -> list[tuple[int, Ints, Ints]]:
+    """Crests of the wall evidence: side and strip indices (u, v) of each that runs over at least `shortest` strips, ordered along u."""
     from scipy import ndimage
 
     found = []
@@ -78,7 +78,7 @@ def ridges(swept: Sweep, *, shortest: float = 0.4) -> list[tuple[int, Ints, Ints
         bounds = np.searchsorted(label, np.arange(1, number + 2))
         for k in range(number):
             part = slice(bounds[k], bounds[k + 1])
-            if part.stop > part.start and (u[part].max() - u[part].min() + 1) * swept.strips.along >= shortest:
+            if part.stop > part.start and u[part].max() - u[part].min() + 1 >= shortest:
                 found.append((side, u[part], v[part]))
     return found
 

@@ -52,8 +52,8 @@ def room_polygons(
         return []
     walls = shapely.union_all(footprints, grid_size=GRID)
     grown = walls.buffer(crack / 2, join_style="mitre")
-    rings = [ring for part in shapely.get_parts(grown) for ring in part.interiors]
-    free = [part for ring in rings for part in shapely.get_parts(shapely.Polygon(ring).difference(grown))]
+    around = shapely.union_all([shapely.Polygon(ring) for part in shapely.get_parts(grown) for ring in part.interiors])
+    free = shapely.get_parts(around.difference(grown))
     rooms = []
     for hole in free:
         if hole.geom_type != "Polygon":

@@ -36,6 +36,8 @@ class Strips:
         Layers that tell walls from furniture: first, and one past the last.
     below : (int, int), optional
         Layers right below these, which have to be filled as well.
+    tall : (int, int)
+        Layers that high furniture does not fill.
     """
 
     along: float = 0.10
@@ -45,22 +47,22 @@ class Strips:
     fine_height: float = 0.05
     band: tuple[int, int] = (20, 24)
     below: tuple[int, int] | None = (17, 20)
+    tall: tuple[int, int] = (8, 20)
 
     @property
     def layers(self) -> int:
         """Number of layers."""
         return self.even + self.fine
 
-    @property
-    def tall(self) -> tuple[int, int]:
-        """Layers between the height of a table and the fine ones."""
-        return round(0.4 * self.even), self.even
-
 
 BELOW_CEILING = Strips()
 """Walls stand alone right below the ceiling."""
 WHOLE_COLUMN = Strips(band=(2, 20), below=None)
 """For storeys whose ceiling was not seen."""
+THIN = Strips(along=0.20, across=0.01, even=10, fine=2, fine_height=0.10, band=(10, 12), below=(5, 9), tall=(4, 9))
+"""For surfaces that hold some hundred points per square metre."""
+FAR = Strips(along=0.40, across=0.02, even=5, fine=1, fine_height=0.30, band=(5, 6), below=(1, 4), tall=(1, 4))
+"""For surfaces that hold some ten points per square metre."""
 
 
 def height_layers(points: WallPoints, strips: Strips = BELOW_CEILING) -> Ints:
@@ -184,8 +186,8 @@ def _widen(mask: NDArray[np.bool_], strips: int) -> NDArray[np.bool_]:
     return wide
 
 
-def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end: float) -> Floats:
-    """Wall evidence along a line, one value for each strip, seen from its left.
+def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end: float, *, step: float = BELOW_CEILING.along) -> Floats:
+    """Wall evidence every `step` metres along a line seen from its left.
 
     Parameters
     ----------
@@ -195,8 +197,10 @@ def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end:
         Line as in `FaceLines`.
     start, end : float
         Extent, metres.
+    step : float
+        Distance between values, metres.
     """
-    count = max(round((end - start) / swept.strips.along), 1)
+    count = max(round((end - start) / step), 1)
     t = start + (np.arange(count) + 0.5) * (end - start) / count
     xy = t[:, None] * np.array([np.cos(angle), np.sin(angle)]) + offset * np.array([-np.sin(angle), np.cos(angle)])
     along = np.array([np.cos(swept.angle), np.sin(swept.angle)])

@@ -1,0 +1,162 @@
+"""Faces of walls around places that were only looked into, where no room closes."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+
+def without_doubles(p: Floats, q: Floats, *, apart: float = 0.30, share: float = 0.5) -> NDArray[np.bool_]:
+    """Pieces that no longer piece looking the same way runs along: window panes and shutters in their wall.
+
+    Parameters
+    ----------
+    p, q : (n, 2) float64
+        Ends, free space to the left of p -> q, metres.
+    apart : float
+        Farthest such piece, metres.
+    share : float
+        Share of a piece that the longer one runs along at least.
+
+    Returns
+    -------
+    (n,) bool
+        Pieces to keep.
+    """
+    length = np.hypot(*(q - p).T)
+    keep = np.ones(len(p), dtype=bool)
+    order = np.lexsort((p[:, 1], p[:, 0], -np.round(length, 6)))
+    for place, k in enumerate(order):
+        for j in order[:place]:
+            d = (q[j] - p[j]) / length[j]
+            if not keep[j] or d @ (q[k] - p[k]) < 0.99 * length[k]:
+                continue
+            normal = np.array([-d[1], d[0]])
+            across = np.array([p[k] - p[j], q[k] - p[j]]) @ normal
+            along = np.clip(np.array([p[k] - p[j], q[k] - p[j]]) @ d, 0, length[j])
+            if np.abs(across).max() < apart and along[1] - along[0] > share * length[k]:
+                keep[k] = False
+                break
+    return keep
+
+
+def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float = 2.5, past: float = 0.05) -> tuple[Floats, Floats]:
+    """Pieces whose ends run on to the next room or to where they meet another piece that does the same.
+
+    Parameters
+    ----------
+    p, q : (n, 2) float64
+        Ends, metres.
+    rooms : shapely geometry
+        Closed rooms.
+    farthest : float
+        Longest prolongation, metres.
+    past : float
+        How far an end may lie past what it meets, metres.
+
+    Returns
+    -------
+    p, q : (n, 2) float64
+        New ends, metres.
+    """
+    length = np.hypot(*(q - p).T)
+    direction = (q - p) / length[:, None]
+    new = [p.copy(), q.copy()]
+    for k in range(len(p)):
+        for end, (spot, d) in enumerate(((p[k], -direction[k]), (q[k], direction[k]))):
+            meets = []
+            beyond = shapely.LineString([spot, spot + farthest * d]).intersection(rooms)
+            if not beyond.is_empty:
+                meets.append(float(shapely.Point(spot).distance(beyond)))
+            cross = direction[:, 0] * d[1] - direction[:, 1] * d[0]
+            for j in np.flatnonzero(np.abs(cross) > 0.5):
+                w = p[j] - spot
+                along = (w[1] * direction[j, 0] - w[0] * direction[j, 1]) / cross[j]
+                on = (w[1] * d[0] - w[0] * d[1]) / cross[j]
+                if -past - 0.3 < along < farthest and -farthest < on < length[j] + farthest:
+                    meets.append(float(along))
+            if meets:
+                new[end][k] = spot + min(meets) * d
+    return new[0], new[1]
+
+
+def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, high: float, near: float = 0.06) -> NDArray[np.bool_]:
+    """Pieces that stopped at least as many rays as went on through them: what a mirror or a window shows lets rays pass.
+
+    Parameters
+    ----------
+    p, q : (n, 2) float64
+        Ends, free space to the left of p -> q, metres.
+    hits : (m, 3) float64
+        Points around and behind the pieces, metres.
+    origins : (m, 3) float64
+        Scanner position at each of them, metres.
+    low, high : float
+        Heights between which rays count, metres.
+    near : float
+        Points this close to a piece were stopped by it, metres.
+
+    Returns
+    -------
+    (n,) bool
+        Pieces to keep.
+
+    Examples
+    --------
+    >>> p, q = np.array([[2.0, 3.0]]), np.array([[0.0, 3.0]])
+    >>> hits = np.array([[0.5, 3.0, 1.0], [1.5, 3.01, 1.0], [1.0, 5.0, 1.0]])
+    >>> opaque(p, q, hits, np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5).tolist()
+    [True]
+    >>> opaque(p, q, hits[[0, 2, 2]], np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5).tolist()
+    [False]
+    """
+    keep = np.ones(len(p), dtype=bool)
+    length = np.hypot(*(q - p).T)
+    for k in range(len(p)):
+        d = (q[k] - p[k]) / length[k]
+        normal = np.array([-d[1], d[0]])
+        before, behind = (origins[:, :2] - p[k]) @ normal, (hits[:, :2] - p[k]) @ normal
+        rows = np.flatnonzero((before > near) & (behind < near))
+        share = before[rows] / (before[rows] - np.minimum(behind[rows], 0.0))
+        spot = origins[rows] + share[:, None] * (hits[rows] - origins[rows])
+        along = (spot[:, :2] - p[k]) @ d
+        on = (along > 0) & (along < length[k]) & (spot[:, 2] > low) & (spot[:, 2] < high)
+        stopped = np.count_nonzero(on & (behind[rows] > -near))
+        keep[k] = stopped >= np.count_nonzero(on) - stopped
+    return keep
+
+
+def attached(p: Floats, q: Floats, rooms: shapely.Geometry, *, gap: float = 0.3) -> NDArray[np.bool_]:
+    """Pieces that lead to a room, by themselves or by way of other pieces; what stands alone is a reflection or another building.
+
+    Parameters
+    ----------
+    p, q : (n, 2) float64
+        Ends, metres.
+    rooms : shapely geometry
+        Closed rooms.
+    gap : float
+        Widest gap between two that belong together, metres.
+
+    Returns
+    -------
+    (n,) bool
+        Pieces to keep.
+
+    Examples
+    --------
+    >>> p, q = np.array([[1.1, 0.0], [3.0, 0.1], [3.0, 5.0]]), np.array([[3.0, 0.0], [3.0, 2.0], [5.0, 5.0]])
+    >>> attached(p, q, shapely.box(0, 0, 1, 1)).tolist()
+    [True, True, False]
+    """
+    pieces = shapely.linestrings(np.stack([p, q], axis=1))
+    reached = shapely.dwithin(pieces, rooms, gap)
+    for _ in range(len(p)):
+        grown = shapely.dwithin(pieces, shapely.union_all(pieces[reached]), gap) | reached
+        if (grown == reached).all():
+            break
+        reached = grown
+    return np.asarray(reached, dtype=bool)
