@@ -116,8 +116,9 @@ def close_corners(cells: Cells, wall: Floats, *, gap: float = 0.40, seen: float 
     for k in np.flatnonzero(strong):
         for corner in (int(start[k]), int(end[k])):
             meets.setdefault(corner, set()).add(int(cells.edge_line[k]))
-    after = {(int(line), int(corner)): k for k, (line, corner) in enumerate(zip(cells.edge_line, start, strict=True))}
-    before = {(int(line), int(corner)): k for k, (line, corner) in enumerate(zip(cells.edge_line, end, strict=True))}
+    leads_on = np.flatnonzero(start != end)
+    after = {(int(cells.edge_line[k]), int(start[k])): int(k) for k in leads_on}
+    before = {(int(cells.edge_line[k]), int(end[k])): int(k) for k in leads_on}
     length = np.hypot(*(cells.edge_end - cells.edge_start).T)
     closed = wall.copy()
     for k in np.flatnonzero(strong):
