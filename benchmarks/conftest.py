@@ -41,15 +41,32 @@ def wall_points(request: pytest.FixtureRequest, count: int) -> np.ndarray:
 
 @pytest.fixture
 def scan(count: int) -> Path:
-    """LAZ file of an office floor scanned by a backpack; made once and kept."""
-    from indoor_bim.cloud.write import write_las
+    """LAZ file of an office floor scanned by a backpack, with times and the path of the scanner; made once and kept."""
+    return office_scan(count)
+
+
+def office_scan(count: int, *, most: int = 2_000_000) -> Path:
+    """Make the scan of so many points, or find it; more than `most` points are copies of these, each 2 mm rough."""
+    import laspy
+
     from indoor_bim.simulate import office_floor, simulate
 
-    path = CACHE / f"office_{count}.laz"
-    if not path.exists():
-        CACHE.mkdir(parents=True, exist_ok=True)
-        made = simulate(office_floor(offices=8, seed=1), profile="backpack", points=min(count, 2_000_000), seed=1)
-        rng = np.random.default_rng(2)
-        copies = [made.points + rng.normal(0, 0.002, made.points.shape) for _ in range(count // len(made.points))]
-        write_las(path, np.concatenate(copies))
+    folder = CACHE / f"office_{count}"
+    path = folder / "scan.laz"
+    if path.exists():
+        return path
+    folder.mkdir(parents=True, exist_ok=True)
+    made = simulate(office_floor(offices=8, seed=1), profile="backpack", points=min(count, most), seed=1)
+    np.savetxt(folder / "trajectory.csv", made.trajectory, fmt="%.6f", delimiter=",", header="t,x,y,z", comments="")
+    header = laspy.LasHeader(version="1.4", point_format=6)
+    header.scales, header.offsets = np.full(3, 0.001), np.floor(made.points.min(axis=0))
+    rng = np.random.default_rng(2)
+    beside = path.with_suffix(".part.laz")
+    with laspy.open(beside, mode="w", header=header) as writer:
+        for _ in range(max(count // len(made.points), 1)):
+            record = laspy.ScaleAwarePointRecord.zeros(len(made.points), header=header)
+            steps = np.rint((made.points + rng.normal(0, 0.002, made.points.shape) - header.offsets) / 0.001).astype(np.int32)
+            record["X"], record["Y"], record["Z"], record["gps_time"] = *steps.T, made.gps_time
+            writer.write_points(record)
+    beside.rename(path)
     return path

@@ -18,7 +18,9 @@ from indoor_bim.cloud.voxel_sums import FREE
 
 Array = NDArray[Any]
 
-FIRST_CUBES, FIRST_POINTS = 1 << 14, 1 << 18
+FIRST_CUBES, FIRST_POINTS = 1 << 14, 1 << 20
+SPARE = 3
+"""While they are added, as many times the points may be stored as may be kept in the end."""
 
 
 class TooManyCubesError(Exception):
@@ -39,7 +41,8 @@ class DensitySample:
     """
 
     def __init__(self, *, side: ArrayLike, limit: DensityLimit, names: dict[str, type[np.generic]]) -> None:
-        self.side, self.limit, self.most = np.asarray(side, dtype=np.int64), limit, limit.per_cube
+        self.limit, self.most = limit, limit.per_cube
+        self._per_side = 1.0 / np.asarray(side, dtype=np.float64)
         self._state = np.zeros(loops.STATE, dtype=np.int64)
         self._slots()
         self._keys: Array = np.zeros(FIRST_CUBES, dtype=np.int64)
@@ -69,7 +72,7 @@ class DensitySample:
         while done < len(steps):
             before = int(state[2])
             loops.add(
-                *(steps, self.side, self.most, done, state, self._slot_key, self._slot_cube, self._keys),
+                *(steps, self._per_side, self.most, done, state, self._slot_key, self._slot_cube, self._keys),
                 *(*self._cubes, *self._store, self._cube_of, self._steps, self._row),
             )
             rows = self._row[before : state[2]]
@@ -78,27 +81,42 @@ class DensitySample:
             done = int(state[0])
             if done < len(steps):
                 self._make_room()
-        while state[3] > self.limit.points:
-            if self.most < 2 * self.limit.least_per_cube:
-                raise TooManyCubesError
-            self.most //= 2
-            state[3] = loops.halve_all(int(state[1]), *self._cubes, *self._store, self.most)
+        while state[3] > SPARE * self.limit.points:
+            self._halve()
 
     def points(self) -> tuple[NDArray[np.int32], dict[str, Array]]:
-        """Kept points in the order in which they were added: whole coordinates and attributes."""
-        cubes = int(self._state[1])
-        halvings = self._cubes[2].copy()
-        loops.spread(cubes, self._keys, self._slot_key, self._slot_cube, self._cubes[2], halvings)
-        kept = self._passing(halvings)
-        stored = len(kept)
-        return self._steps[:stored][kept], {name: values[:stored][kept] for name, values in self._attributes.items()}
+        """Kept points in the order in which they were added: whole coordinates and attributes; nothing can be added any more.
 
-    def _passing(self, halvings: NDArray[np.uint8]) -> NDArray[np.bool_]:
-        """Stored points that stay after so many halvings of their cubes."""
-        stored = int(self._state[2])
-        limit = np.right_shift(np.uint64(2**32), halvings.astype(np.uint64)) - np.uint64(1)
-        passing: NDArray[np.bool_] = self._store[0][:stored] <= limit.astype(np.uint32)[self._cube_of[:stored]]
-        return passing
+        Raises
+        ------
+        TooManyCubesError
+            If even `least_per_cube` points of each cube are too many.
+        """
+        cubes = int(self._state[1])
+        while True:
+            halvings = self._cubes[2].copy()
+            loops.spread(cubes, self._keys, self._slot_key, self._slot_cube, self._cubes[2], halvings)
+            if loops.count_passing(int(self._state[2]), halvings, self._store[0], self._cube_of) <= self.limit.points:
+                break
+            self._halve()
+        self._cubes[2] = halvings
+        left = self._drop()
+        return self._steps[:left], {name: values[:left] for name, values in self._attributes.items()}
+
+    def _halve(self) -> None:
+        if self.most < 2 * self.limit.least_per_cube:
+            raise TooManyCubesError
+        self.most //= 2
+        self._state[3] = loops.halve_all(int(self._state[1]), *self._cubes, *self._store, self.most)
+
+    def _drop(self) -> int:
+        """Leave out the stored points that do not stay; returns how many do."""
+        seen = int(self._state[2])
+        left = loops.drop(seen, self._cubes[2], self._cubes[3], *self._store, self._cube_of, self._steps, self._row)
+        for values in self._attributes.values():
+            values[:left] = values[self._row[:left]]
+        self._state[2] = left
+        return int(left)
 
     def _make_room(self) -> None:
         """Room for more cubes, and for more points: by dropping those that do not stay, or else by wider arrays."""
@@ -109,22 +127,16 @@ class DensitySample:
             self._slots()
         if self._state[2] < len(self._cube_of):
             return
-        kept = self._passing(self._cubes[2])
-        left = int(kept.sum())
-        arrays = [*self._store, self._cube_of, self._steps, *self._attributes.values()]
-        for values in arrays:
-            values[:left] = values[: len(kept)][kept]
-        if left > 0.7 * len(kept):
-            store0, store1, self._cube_of, self._steps, *attributes = [_wider(values) for values in arrays]
-            self._store, self._row = [store0, store1], np.zeros(len(store0), dtype=np.int64)
-            self._attributes = dict(zip(self._attributes, attributes, strict=True))
-        self._state[2] = left
-        loops.link(left, self._cube_of, self._cubes[3], self._store[1])
+        stored = int(self._state[2])
+        if self._drop() > 0.7 * stored:
+            self._store = [_wider(values) for values in self._store]
+            self._cube_of, self._steps, self._row = _wider(self._cube_of), _wider(self._steps), _wider(self._row)
+            self._attributes = {name: _wider(values) for name, values in self._attributes.items()}
 
     def _slots(self) -> None:
         """Table of the cubes with room for as many as there are places for."""
         cubes = int(self._state[1])
-        count = 4 * max(cubes, FIRST_CUBES // 2)
+        count = 2 * max(2 * cubes, FIRST_CUBES)
         count = 1 << (count - 1).bit_length()
         self._slot_key, self._slot_cube = np.full(count, FREE), np.zeros(count, dtype=np.int32)
         if cubes:

@@ -11,7 +11,7 @@ SIDE = 0.10
 """Side of the cubes, metres."""
 FINEST_STEP = 1e-4
 """Steps that points in memory are told apart by, metres."""
-WITHOUT_POINTS, MEMORY_PER_POINT = 450e6, 300
+WITHOUT_POINTS, MEMORY_PER_POINT = 550e6, 220
 """Bytes that a run takes, and that it takes more for each point that is kept."""
 PIECE = 1_000_000
 ENOUGH = 64

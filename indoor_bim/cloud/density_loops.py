@@ -15,7 +15,7 @@ STATE = 4
 _steps = types.Array(types.int32, 2, "C", readonly=True)
 _table = types.Array(types.int32, 2, "C")
 _i64, _i32, _u32, _u8 = (types.Array(kind, 1, "C") for kind in (types.int64, types.int32, types.uint32, types.uint8))
-_bool = types.Array(types.bool_, 1, "C")
+_f64 = types.Array(types.float64, 1, "C")
 _cubes = (_u32, _i32, _u8, _i32)  # points seen, points kept, halvings, first stored point of every cube
 _store = (_u32, _i32)  # hash and next point of the same cube of every stored point
 
@@ -35,6 +35,7 @@ def _mixed(x, y, z):  # type: ignore[no-untyped-def]
 
 @inlined
 def _key(i, j, k):  # type: ignore[no-untyped-def]
+    """Number of a cube; cubes two million cubes apart share one, which does no harm."""
     return (np.int64(i) & 0x1FFFFF) << 42 | (np.int64(j) & 0x1FFFFF) << 21 | np.int64(k) & 0x1FFFFF
 
 
@@ -56,9 +57,9 @@ def _halve(cube, seen, kept, halvings, first, mixed, following, most):  # type: 
         kept[cube] = count
 
 
-@compiled(_steps, _i64, types.int64, types.int64, _i64, _i64, _i32, _i64, *_cubes, *_store, _i32, _table, _i64)
+@compiled(_steps, _f64, types.int64, types.int64, _i64, _i64, _i32, _i64, *_cubes, *_store, _i32, _table, _i64)
 def add(  # type: ignore[no-untyped-def]
-    steps, side, most, start, state, slot_key, slot_cube, keys, seen, kept, halvings, first, mixed, following, cube_of, stored, row
+    steps, per_side, most, start, state, slot_key, slot_cube, keys, seen, kept, halvings, first, mixed, following, cube_of, stored, row
 ):
     """Add points until there is no room for another cube or point; `state` says how far it went."""
     cubes, points, bounded = state[1], state[2], state[3]
@@ -68,7 +69,8 @@ def add(  # type: ignore[no-untyped-def]
             done = n
             break
         x, y, z = steps[n, 0], steps[n, 1], steps[n, 2]
-        key = _key(x // side[0], y // side[1], z // side[2])
+        i, j, k = np.floor((x + 0.5) * per_side[0]), np.floor((y + 0.5) * per_side[1]), np.floor((z + 0.5) * per_side[2])
+        key = _key(i, j, k)
         slot = slot_of(key, slot_key)
         if slot_key[slot] == FREE:
             slot_key[slot] = key
@@ -103,13 +105,31 @@ def halve_all(cubes, seen, kept, halvings, first, mixed, following, most):  # ty
     return bounded
 
 
-@compiled(types.int64, _i32, _i32, _i32)
-def link(points, cube_of, first, following):  # type: ignore[no-untyped-def]
-    """Chain the stored points of every cube anew."""
+@compiled(types.int64, _u8, _i32, *_store, _i32, _table, _i64)
+def drop(points, halvings, first, mixed, following, cube_of, stored, row):  # type: ignore[no-untyped-def]
+    """Move the points that pass up, chain those of every cube anew and note where they were; returns how many there are."""
     first[:] = -1
+    left = 0
     for place in range(points):
-        following[place] = first[cube_of[place]]
-        first[cube_of[place]] = place
+        cube = cube_of[place]
+        if halvings[cube] and mixed[place] >= np.uint32(1 << (32 - halvings[cube])):
+            continue
+        mixed[left], cube_of[left], row[left] = mixed[place], cube, place
+        stored[left, 0], stored[left, 1], stored[left, 2] = stored[place, 0], stored[place, 1], stored[place, 2]
+        following[left] = first[cube]
+        first[cube] = left
+        left += 1
+    return left
+
+
+@compiled(types.int64, _u8, _u32, _i32)
+def count_passing(points, halvings, mixed, cube_of):  # type: ignore[no-untyped-def]
+    """Number of stored points that pass so many halvings of their cubes."""
+    count = 0
+    for place in range(points):
+        times = halvings[cube_of[place]]
+        count += times == 0 or mixed[place] < np.uint32(1 << (32 - times))
+    return count
 
 
 @compiled(types.int64, _i64, _i64, _i32)

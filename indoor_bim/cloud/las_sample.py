@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -59,11 +60,15 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
     metres = np.abs(file.header.scales) * _metres_per_unit(file, unit, declared)
     names: dict[str, type] = {"classification": np.uint8, "intensity": np.uint16} | ({"gps_time": np.float64} if file.has_time else {})
     sample = DensitySample(side=np.maximum(np.rint(side / metres), 1).astype(np.int64), limit=limit, names=names)
-    for record in file.records(size=PIECE, progress=progress):
-        steps = np.zeros((len(record), 3), dtype=np.int32)
-        for axis, name in enumerate("XYZ"):
-            steps[:, axis] = record[name]
-        sample.add(steps, {name: np.asarray(record[name]) for name in names})
+    records = file.records(size=PIECE, progress=progress)
+    with ThreadPoolExecutor(1) as pool:  # decodes the next piece meanwhile
+        coming = pool.submit(next, records, None)
+        while (record := coming.result()) is not None:
+            coming = pool.submit(next, records, None)
+            steps = np.zeros((len(record), 3), dtype=np.int32)
+            for axis, name in enumerate("XYZ"):
+                steps[:, axis] = record[name]
+            sample.add(steps, {name: np.asarray(record[name]) for name in names})
     kept, values = sample.points()
     points = file.coordinates(dict(zip("XYZ", kept.T, strict=True)))
     logger.info("kept %s of %s points, %d or fewer of each cube of %.0f cm", f"{len(points):,}", f"{file.count:,}", sample.most, 100 * side)
