@@ -28,6 +28,7 @@ def find_openings(
     *,
     trajectory: Floats | None = None,
     gps_time: Floats | None = None,
+    intensity: NDArray | None = None,
     min_confidence: float = 0.4,
     min_door_width: float = 0.6,
     max_door_width: float = 2.5,
@@ -47,6 +48,8 @@ def find_openings(
         Path of the scanner: time in seconds, and x, y, z in model coordinates, metres.
     gps_time : (n,) float64, optional
         Time of each point, seconds.
+    intensity : (n,) array, optional
+        Strength of each return, in the unit of the scanner: what lies in the plane of a wall may differ from it in brightness.
     min_confidence : float
         Openings that are less certain are left out.
     min_door_width, max_door_width, min_door_height, max_door_height : float
@@ -67,7 +70,7 @@ def find_openings(
         "frame": frame,
     }
     found: dict[str, list[FoundOpening]] = {}
-    for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time):
+    for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time, intensity=intensity):
         holes = find_holes(*blind_cell_states(view.picture), cell=view.picture.cell)
         if view.blind:
             openings = _named(view, holes, blind=True, **bounds)

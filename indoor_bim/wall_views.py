@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.export.files import replace_file
 from indoor_bim.model import Storey, Wall
+from indoor_bim.plan.brightness import with_brightness
 from indoor_bim.plan.relief import Relief, level_faces
 from indoor_bim.plan.scanner_path import path_periods, sensor_positions
 from indoor_bim.plan.wall_image import png_bytes, wall_image
@@ -69,7 +70,13 @@ class WallView:
 
 
 def wall_views(
-    storey: Storey, points: Floats, *, trajectory: Floats | None = None, gps_time: Floats | None = None, max_thickness: float = 0.60
+    storey: Storey,
+    points: Floats,
+    *,
+    trajectory: Floats | None = None,
+    gps_time: Floats | None = None,
+    intensity: NDArray | None = None,
+    max_thickness: float = 0.60,
 ) -> Iterator[WallView]:
     """Collect what the scan shows of each wall.
 
@@ -83,6 +90,8 @@ def wall_views(
         Path of the scanner: time in seconds, and x, y, z in model coordinates, metres.
     gps_time : (n,) float64, optional
         Time of each point, seconds.
+    intensity : (n,) array, optional
+        Strength of each return, in the unit of the scanner.
     max_thickness : float
         Thickest wall, metres: rays that end farther behind a wall seen from one side went through it.
 
@@ -97,7 +106,8 @@ def wall_views(
     if trajectory is None or gps_time is None or blind:
         all_rays: list[WallRays | None] = [None] * len(boxes)
     else:
-        all_rays = [*rays_at_walls(boxes, points, sensor_positions(trajectory, gps_time), path_periods(trajectory, gps_time))]
+        sensors, periods = sensor_positions(trajectory, gps_time), path_periods(trajectory, gps_time)
+        all_rays = [*with_brightness(rays_at_walls(boxes, points, sensors, periods, intensity))]
     for wall, box, traced, around in zip(storey.walls, boxes, all_rays, near, strict=True):
         rays = traced if traced is not None else rays_from_points(*around, thickness=wall.thickness, both_faces=wall.thickness_measured)
         cell = cell_size(box, len(rays), largest=COARSEST_BLIND_CELL if blind else COARSEST_CELL)

@@ -258,7 +258,7 @@ def test_every_parameter_is_declared_once():
     options = {p.name: p.default for p in inspect.signature(find_openings).parameters.values() if p.kind is p.KEYWORD_ONLY}
     declared = OpeningParams().model_dump()
     assert {name: options[name] for name in declared} == declared
-    assert set(options) - set(declared) == {"trajectory", "gps_time"}
+    assert set(options) - set(declared) == {"trajectory", "gps_time", "intensity"}
 
 
 def test_pictures_are_written_for_every_wall(both, tmp_path):

@@ -15,6 +15,7 @@ Floats = NDArray[np.float64]
 WINDOW = 0.25  # metres on either side of an edge that is looked at
 NARROWEST_FRAME, WIDEST_FRAME = 0.02, 0.08  # metres: face width of door and window frames
 FRAME_STEP = 0.004  # metres: smallest step in depth between a frame and a face that counts
+BRIGHTNESS_STEP = 0.08  # logarithm of the ratio of the intensities of a frame and a face
 SURE = 6.0  # times the standard error
 REVEAL_BLUR = 0.012  # metres next to an edge where hits may lie on its reveal
 LEAST_FACE = 0.05  # metres of face beyond a frame that show it to be one
@@ -36,6 +37,8 @@ class Traces:
         Hits on the faces, their depth and side.
     face_clear : (n,) bool
         False for hits so far behind a face that they may lie on a reveal.
+    face_brightness : (n,) float64, optional
+        Brightness of the hits on the faces.
     open_along, open_up, open_depth, open_side : (m,) float64
         Where the others met a face, how far behind it they ended, and its side.
     """
@@ -49,6 +52,7 @@ class Traces:
     open_up: Floats
     open_depth: Floats
     open_side: Floats
+    face_brightness: Floats | None = None
 
 
 def traces(rays: WallRays, wall: WallBox, *, tolerance: float, through_depth: float, both_faces: bool, steep: float = 0.2) -> Traces:
@@ -84,6 +88,7 @@ def traces(rays: WallRays, wall: WallBox, *, tolerance: float, through_depth: fl
         open_up=np.concatenate([rays.up[went_in], rays.up_far[through]]).astype(np.float64),
         open_depth=np.concatenate([rays.depth[went_in].astype(np.float64), none]),
         open_side=np.concatenate([rays.side[went_in], -rays.side[through]]).astype(np.float64),
+        face_brightness=None if rays.brightness is None else rays.brightness[face].astype(np.float64),
     )
 
 
@@ -140,6 +145,7 @@ class _View:
     slack: float
     distance: Floats
     depth: Floats
+    brightness: Floats | None
 
 
 def _views(place: float, outward: int, band: tuple[float, float], where: Traces, *, upright: bool) -> list[_View]:
@@ -159,7 +165,8 @@ def _views(place: float, outward: int, band: tuple[float, float], where: Traces,
         split = (low + high) / 2
         beyond = face > split
         if beyond.sum() >= ENOUGH:
-            views.append(_View(split, high - low, face[beyond] - split, where.face_depth[mine][beyond]))
+            brightness = None if where.face_brightness is None else where.face_brightness[mine][beyond]
+            views.append(_View(split, high - low, face[beyond] - split, where.face_depth[mine][beyond], brightness))
     return views
 
 
@@ -172,6 +179,9 @@ def _joined(place: float, outward: int, views: list[_View]) -> Edge:
     for view in views:
         if view.slack <= sharpest + AGREEMENT:
             frame = frame_width(view.distance, view.depth)
+            if not frame and view.brightness is not None:
+                known = np.isfinite(view.brightness)
+                frame = frame_width(view.distance[known], view.brightness[known], smallest_step=BRIGHTNESS_STEP)
             found.append((view.split + frame, frame))
     found.sort(reverse=True)
     agreeing = [edge for edge, _ in found if edge > found[0][0] - AGREEMENT]
@@ -208,15 +218,17 @@ def fewest_wrong(inside: Floats, outside: Floats) -> tuple[float, float]:
     return float(begin), float(end)
 
 
-def frame_width(distance: Floats, depth: Floats) -> float:
-    """Width of a strip next to an edge whose depth differs from the face beyond it; 0 where there is none.
+def frame_width(distance: Floats, depth: Floats, *, smallest_step: float = FRAME_STEP) -> float:
+    """Width of a strip next to an edge whose depth, or brightness, differs from the face beyond it; 0 where there is none.
 
     Parameters
     ----------
     distance : (n,) float64
         Distance of hits from the edge, metres.
     depth : (n,) float64
-        Their depths, metres.
+        Their depths, metres, or brightness.
+    smallest_step : float
+        Smallest difference that counts.
     """
     keep = (distance > REVEAL_BLUR) & (distance < WINDOW)
     order = np.argsort(distance[keep], kind="stable")
@@ -231,6 +243,6 @@ def frame_width(distance: Floats, depth: Floats) -> float:
     near, far = total[:-1] / count, (total[-1] - total[:-1]) / (len(x) - count)
     spread = (square[-1] - count * near**2 - (len(x) - count) * far**2) / len(x)
     error = np.sqrt(np.maximum(spread, 1e-8) * (1 / count + 1 / (len(x) - count)))
-    score = np.where(possible & (np.abs(near - far) > FRAME_STEP), np.abs(near - far) / error, 0.0)
+    score = np.where(possible & (np.abs(near - far) > smallest_step), np.abs(near - far) / error, 0.0)
     best = int(np.argmax(score))
     return float(width[best]) if score[best] > SURE else 0.0

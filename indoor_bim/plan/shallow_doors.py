@@ -1,8 +1,10 @@
-"""Closed doors whose leaf lies so near to the plane of the wall that only the mean of many hits shows it."""
+"""Closed doors in the plane of a wall: only the mean of many hits shows that they stand a little out of it, or are darker or brighter."""
 
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +17,9 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 SMALLEST_STEP = 0.004  # metres: plaster is not flatter
+ON_FACE = 0.03  # metres: hits closer than this to a face lie on it
 LARGEST_STEP = 0.06  # metres: what stands farther out of a wall is furniture; what lies deeper is seen ray by ray
+SMALLEST_CONTRAST = 0.08  # of the logarithm of the intensity: paint is not more even
 WINDOWS = ((0.0, 0.0), (0.5, 0.2))  # metres up and along: steps of two centimetres show in few hits, smaller ones in many
 SURE = 4.0  # times the standard error of a cell
 SURE_STEP = 5.0  # times the standard error of a step
@@ -24,6 +28,20 @@ LINTEL = 0.10  # metres of wall at least above a door
 ENOUGH = 30  # hits on each strip
 FLAT = 1.4  # times the scatter of the wall: a leaf is as flat
 FLOOR = 0.25  # metres: a door begins lower
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Face:
+    """Depth or brightness of one face, hit by hit and cell by cell, and what differences of it count."""
+
+    along: Floats
+    up: Floats
+    value: Floats
+    mean: Floats
+    hits: NDArray[np.int64]
+    scatter: float
+    smallest: float
+    largest: float
 
 
 def find_shallow_doors(
@@ -38,7 +56,9 @@ def find_shallow_doors(
     min_height: float = 1.8,
     max_height: float = 2.6,
 ) -> list[Hole]:
-    """Rectangles of a face, of the size of doors and down to the floor, that stand a little before or behind the wall around them.
+    """Rectangles of a face, of the size of doors and down to the floor, that differ a little from the wall around them.
+
+    They stand a little before or behind it, or return more or less light.
 
     Parameters
     ----------
@@ -56,22 +76,49 @@ def find_shallow_doors(
         Bounds of doors, metres.
     """
     found: list[Hole] = []
-    for face, window in itertools.product(relief, WINDOWS):
+    for window, face in itertools.product(WINDOWS, [*_faces(rays, relief, scatter=scatter, cell=cell)]):
         hits = _box_sums(face.hits, window, cell=cell)
-        depth = _box_sums(face.depth * face.hits, window, cell=cell) / np.maximum(hits, 1)
-        sure = (hits >= 3) & (np.abs(depth) > np.maximum(SMALLEST_STEP, SURE * scatter / np.sqrt(np.maximum(hits, 1))))
-        mine = rays.take((rays.side == face.side) & (np.abs(rays.depth) < LARGEST_STEP + 3 * scatter) & (rays.slant > STEEP))
+        mean = _box_sums(face.mean * face.hits, window, cell=cell) / np.maximum(hits, 1)
+        sure = (hits >= 3) & (np.abs(mean) > np.maximum(face.smallest, SURE * face.scatter / np.sqrt(np.maximum(hits, 1))))
         for sign in (1, -1):
-            stepped = sure & (depth * sign > 0)
+            stepped = sure & (mean * sign > 0)
             for hole in find_holes(stepped, (hits >= 3) & ~stepped, cell=cell, min_width=min_width, min_height=min_height - FLOOR):
                 if hole.bottom > FLOOR or hole.width > max_width or not min_height <= hole.top <= max_height:
                     continue
                 if wall.height - hole.top < LINTEL:
                     continue
-                door = _measured(hole, mine, scatter=scatter)
-                if door is not None and min_width <= door.width <= max_width:
+                door = _measured(hole, face)
+                if door is None or not min_width <= door.width <= max_width:
+                    continue
+                if not any(door.start < other.end and other.start < door.end for other in found):
                     found.append(door)
     return sorted(found, key=lambda hole: (hole.start, hole.end))
+
+
+def _faces(rays: WallRays, relief: tuple[Relief, ...], *, scatter: float, cell: float) -> Iterator[_Face]:
+    """Brightness of the faces of a wall, where it is known, and their depth."""
+    steep = rays.slant > STEEP
+    brightness = rays.brightness if rays.brightness is not None else np.full(len(rays), np.nan, dtype=np.float32)
+    on_face = np.isfinite(brightness) & (np.abs(rays.depth) < max(ON_FACE, 2 * scatter)) & steep
+    for face in relief if on_face.any() else ():
+        rows_here = on_face & (rays.side == face.side)
+        mine, value = rays.take(rows_here), brightness[rows_here].astype(np.float64)
+        rows, columns = face.hits.shape
+        row, column = np.clip(mine.up_end // cell, 0, rows - 1), np.clip(mine.along_end // cell, 0, columns - 1)
+        place = row.astype(np.int64) * columns + column.astype(np.int64)
+        hits = np.bincount(place, minlength=rows * columns)
+        mean = np.bincount(place, weights=value, minlength=rows * columns) / np.maximum(hits, 1)
+        spread = 1.4826 * float(np.median(np.abs(value - mean[place]))) if len(value) else 0.0
+        cells = (mean.reshape(rows, columns), hits.reshape(rows, columns))
+        yield _Face(*_places(mine), value, *cells, scatter=spread, smallest=SMALLEST_CONTRAST, largest=np.inf)
+    for face in relief:
+        mine = rays.take((rays.side == face.side) & (np.abs(rays.depth) < LARGEST_STEP + 3 * scatter) & steep)
+        depth = mine.depth.astype(np.float64)
+        yield _Face(*_places(mine), depth, face.depth, face.hits, scatter=scatter, smallest=SMALLEST_STEP, largest=LARGEST_STEP)
+
+
+def _places(rays: WallRays) -> tuple[Floats, Floats]:
+    return rays.along_end.astype(np.float64), rays.up_end.astype(np.float64)
 
 
 def _box_sums(values: NDArray, window: tuple[float, float], *, cell: float) -> NDArray:
@@ -83,38 +130,39 @@ def _box_sums(values: NDArray, window: tuple[float, float], *, cell: float) -> N
     return sums
 
 
-def _measured(hole: Hole, rays: WallRays, *, scatter: float) -> Hole | None:
-    """Edges where the depth steps, if it does so by the same sign at both jambs and at the head."""
-    x, z, depth = (values.astype(np.float64) for values in (rays.along_end, rays.up_end, rays.depth))
+def _measured(hole: Hole, face: _Face) -> Hole | None:
+    """Edges where the values step, if they do so by the same sign at both jambs and at the head."""
+    x, z, value = face.along, face.up, face.value
     level = (z > 0.1) & (z < hole.top - 0.1)
     between = (x > hole.start + 0.1) & (x < hole.end - 0.1)
-    inside = depth[level & between]
+    inside = value[level & between]
     if len(inside) < ENOUGH:
         return None
     middle = float(np.median(inside))
-    if abs(middle) > LARGEST_STEP or 1.4826 * float(np.median(np.abs(inside - middle))) > FLAT * scatter + 0.001:
+    flat = 1.4826 * float(np.median(np.abs(inside - middle)))
+    if abs(middle) > face.largest or flat > FLAT * face.scatter + face.smallest / 4:
         return None
     places, signs = [], set()
     for distance, rows in ((hole.start - x, level), (x - hole.end, level), (z - hole.top, between)):
-        strip = depth[rows & (distance > STRIP[0]) & (distance < STRIP[1])]
+        strip = value[rows & (distance > STRIP[0]) & (distance < STRIP[1])]
         if len(strip) < ENOUGH:
             return None
         step = middle - float(np.median(strip))
-        error = 1.25 * scatter * np.sqrt(1 / len(strip) + 1 / len(inside))
-        if abs(step) < max(SMALLEST_STEP, SURE_STEP * error):
+        error = 1.25 * face.scatter * np.sqrt(1 / len(strip) + 1 / len(inside))
+        if abs(step) < max(face.smallest, SURE_STEP * error):
             return None
         signs.add(step > 0)
         near = rows & (np.abs(distance) < STRIP[1])
-        places.append(_step_place(distance[near], depth[near]))
+        places.append(_step_place(distance[near], value[near]))
     if len(signs) > 1:
         return None
     return Hole(hole.start - places[0], hole.end + places[1], 0.0, hole.top + places[2])
 
 
-def _step_place(distance: Floats, depth: Floats) -> float:
+def _step_place(distance: Floats, value: Floats) -> float:
     """Place that parts values into two groups of the least squared deviation."""
-    order = np.lexsort((depth, distance))
-    x, y = distance[order], depth[order]
+    order = np.lexsort((value, distance))
+    x, y = distance[order], value[order]
     count = np.arange(1, len(x))
     total = np.cumsum(y)
     gain = total[:-1] ** 2 / count + (total[-1] - total[:-1]) ** 2 / (len(x) - count)

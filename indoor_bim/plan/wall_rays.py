@@ -16,6 +16,7 @@ Ints = NDArray[np.int64]
 Int32s = NDArray[np.int32]
 
 FRONT = 0.15  # metres before a face: points farther away are not on it
+METRES = ("depth", "along", "up", "along_far", "up_far", "along_end", "up_end", "slant", "length")
 MARGIN = 0.30  # metres beyond the ends of a wall that belong to its picture
 
 
@@ -75,6 +76,8 @@ class WallRays:
         Stretch of the path that it was measured on.
     intensity : (n,) array, optional
         Strength of its return, in the unit of the scanner.
+    brightness : (n,) float32, optional
+        Logarithm of the intensity relative to that of the faces from the same distance and angle; NaN where not known.
     """
 
     side: NDArray[np.int8]
@@ -89,6 +92,7 @@ class WallRays:
     length: Float32s
     period: Ints
     intensity: NDArray | None = None
+    brightness: Float32s | None = None
 
     def __len__(self) -> int:
         return len(self.side)
@@ -129,8 +133,9 @@ def rays_at_walls(
     for box, rows in zip(boxes, rows_of_walls(rays_of_walls, len(boxes), points, sensors, boxes, FRONT, MARGIN), strict=True):
         fields = np.zeros((10, len(rows)), dtype=np.float32)
         ray_fields(points, sensors, rows, box, fields)
-        side, *metres = fields
-        found.append(WallRays(side.astype(np.int8), *metres, period=period[rows], intensity=None if intensity is None else intensity[rows]))
+        metres = dict(zip(METRES, fields[1:], strict=True))
+        strength = None if intensity is None else intensity[rows]
+        found.append(WallRays(side=fields[0].astype(np.int8), period=period[rows], intensity=strength, **metres))
     return found
 
 
