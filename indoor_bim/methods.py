@@ -107,8 +107,8 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         keep(plans)
     storeys, warnings = _storeys(plans, params, stages)
     with stages("openings") as keep:
-        path, time, chosen = levelled.trajectory, cloud.gps_time, params.openings.model_dump()
-        storeys = [find_openings(storey, levelled.points, trajectory=path, gps_time=time, **chosen) for storey in storeys]
+        measured: dict[str, Any] = {"trajectory": levelled.trajectory, "gps_time": cloud.gps_time, "intensity": cloud.intensity}
+        storeys = [find_openings(storey, levelled.points, **measured, **params.openings.model_dump()) for storey in storeys]
         keep(storeys)
     return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
 
