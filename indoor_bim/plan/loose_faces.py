@@ -6,7 +6,86 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from indoor_bim.plan.face_lines import FaceLines
+from indoor_bim.plan.line_search import line_evidence
+from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.strips import BELOW_CEILING, LEAST_EVIDENCE, Sweep
+
 Floats = NDArray[np.float64]
+
+STEP = BELOW_CEILING.along
+"""Distance between the values of the evidence along a line, metres."""
+
+
+def loose_faces(
+    lines: FaceLines,
+    sweeps: list[Sweep],
+    rooms: shapely.Geometry,
+    roofed: Raster,
+    hits: Floats,
+    origins: Floats | None,
+    *,
+    low: float,
+    high: float,
+    shortest: float = 1.6,
+    away: float = 0.5,
+    bridge: float = 1.6,
+) -> tuple[Floats, Floats]:
+    """Pieces of wall lines in places that were only looked into.
+
+    They were seen well, have a ceiling in front, lie away from closed rooms, stopped the rays that came to them and lead to a room.
+
+    Parameters
+    ----------
+    lines : FaceLines
+        Lines.
+    sweeps : list of Sweep
+        Sweeps of all lines.
+    rooms : shapely geometry
+        Closed rooms.
+    roofed : Raster
+        Where there is a ceiling.
+    hits : (n, 3) float64
+        Points of the storey, metres.
+    origins : (n, 3) float64, optional
+        Scanner position at each of them, metres.
+    low, high : float
+        Floor and ceiling, metres.
+    shortest : float
+        Shortest piece, metres.
+    away : float
+        Distance from closed rooms, metres.
+    bridge : float
+        Longest gap within a piece, metres.
+
+    Returns
+    -------
+    p, q : (m, 2) float64
+        Ends, free space to the left of p -> q, metres.
+    """
+    from scipy import ndimage
+
+    around = shapely.buffer(rooms, away)
+    reach = round(bridge / STEP / 2)
+    pieces = []
+    for k in range(len(lines)):
+        start, end = float(lines.start[k]), float(lines.end[k])
+        profile = line_evidence(lines, k, sweeps, start, end)
+        t = start + (np.arange(len(profile)) + 0.5) * (end - start) / len(profile)
+        spots = t[:, None] * lines.direction[k] + lines.offset[k] * lines.normal[k]
+        good = (profile > LEAST_EVIDENCE) & ~shapely.contains_xy(around, *spots.T)
+        good &= roofed.sample(spots + 1.0 * lines.normal[k]) > 0
+        good = ndimage.binary_closing(np.pad(good, reach), np.ones(2 * reach + 1))[reach:-reach]
+        edges = np.flatnonzero(np.diff(np.concatenate([[0], good.astype(np.int8), [0]])))
+        pieces += [(spots[a], spots[b - 1]) for a, b in edges.reshape(-1, 2) if (b - a) * STEP >= shortest]
+    p, q = (np.array([piece[end] for piece in pieces]).reshape(-1, 2) for end in (0, 1))
+    keep = without_doubles(p, q)
+    if origins is not None:
+        outside = ~shapely.contains_xy(around, *hits[:, :2].T)
+        keep &= opaque(p, q, hits[outside], origins[outside], low=low + 0.1, high=high - 0.1)
+    p, q = reach_out(p[keep], q[keep], rooms)
+    keep = attached(p, q, rooms)
+    return p[keep], q[keep]
 
 
 def without_doubles(p: Floats, q: Floats, *, apart: float = 0.30, share: float = 0.5) -> NDArray[np.bool_]:

@@ -1,0 +1,223 @@
+"""Free space of a storey: how far it reaches, where floor and ceiling were hit, and what that says about each cell of the plan."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan import evidence as ev
+from indoor_bim.plan.cells import Cells, cell_image
+from indoor_bim.plan.raster import Raster
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Images = NDArray[np.floating]
+
+FAINT = 0.004
+"""Share of pixels hit by two hits within half a metre."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeSpace:
+    """Hits of floor and ceiling, pixel by pixel; pixels over walls count for neither.
+
+    Parameters
+    ----------
+    ceiling, floor : (rows, columns) float32
+        1 where hit, else 0.
+    ceiling_density, floor_density : (rows, columns) float32
+        Share of the pixels that would be hit around each pixel if the surface were there.
+    low : (2,) float64
+        Corner of the images, metres.
+    cell : float
+        Side of a pixel, metres.
+    """
+
+    ceiling: Images
+    floor: Images
+    ceiling_density: Images
+    floor_density: Images
+    low: Floats
+    cell: float
+
+    def raster(self, image: NDArray) -> Raster:
+        """Raster of an image of the same shape."""
+        return Raster(image, self.low, self.cell)
+
+    @property
+    def hit(self) -> Raster:
+        """1 where floor or ceiling was hit."""
+        return self.raster(np.maximum(self.ceiling, self.floor))
+
+    @property
+    def glimpsed(self) -> Raster:
+        """Whether floor or ceiling was hit within half a metre, more than once."""
+        return self.raster((self.ceiling_density > FAINT) | (self.floor_density > FAINT))
+
+    @property
+    def overhead_density(self) -> Raster:
+        """Points per square metre of the ceiling."""
+        return self.raster(self.ceiling_density / self.cell**2)
+
+    def denser_than(self, points: float) -> FreeSpace:
+        """Hits where floor or ceiling hold more points per square metre."""
+        near_by = np.maximum(self.ceiling_density, self.floor_density) > points * self.cell**2
+        return replace(self, ceiling=self.ceiling * near_by, floor=self.floor * near_by)
+
+
+def free_space(
+    points: Floats,
+    everything: Floats,
+    wall: ev.WallPoints,
+    overhead: Raster,
+    *,
+    floor: float,
+    cover: float,
+    low: Floats,
+    high: Floats,
+    cell: float,
+    open_top: bool = False,
+) -> FreeSpace:
+    """Hits of the floor and of the surface overhead.
+
+    Parameters
+    ----------
+    points : (n, 3) float64
+        Points of the storey, metres.
+    everything : (m, 3) float64
+        All points of the scan, metres.
+    wall : WallPoints
+        Wall candidates among the points of the storey.
+    overhead : Raster
+        Filled overhead height, metres.
+    floor : float
+        Floor height, metres.
+    cover : float
+        Points from this height on are something overhead: floor without is outdoors, metres.
+    low, high : (2,) float64
+        Corners of the images, metres.
+    cell : float
+        Side of a pixel, metres.
+    open_top : bool
+        No ceiling was seen.
+    """
+    seen, density, column = ev.overhead_hits(points, wall, overhead, low=low, high=high, cell=cell)
+    ceiling = seen.image
+    if open_top:
+        ceiling, density = np.zeros_like(ceiling), np.zeros_like(density)
+    ground = ev.hit_raster(points[np.abs(points[:, 2] - floor) < 0.06, :2], low=low, high=high, cell=cell).image.astype(np.float32)
+    known = ~column & ev.covered(everything, above=cover, low=low, high=high, cell=cell, open_top=open_top)
+    ground[~known] = 0
+    return FreeSpace(ceiling, ground, density, ev.local_density(ground, known, cell=cell), low, cell)
+
+
+def extent(overhead: Raster | None, sample: Floats, *, floor: float, top: float, margin: float = 1.2) -> tuple[Floats, Floats]:
+    """Corners of the rectangle that a storey fills, with a margin.
+
+    Parameters
+    ----------
+    overhead : Raster or None
+        Overhead height, NaN where nothing was seen; None where no such surface was.
+    sample : (n, 3) float64
+        Thinned points, metres.
+    floor, top : float
+        Heights between which points belong to the storey, metres.
+    margin : float
+        Margin around the ceiling, metres.
+
+    Returns
+    -------
+    low, high : (2,) float64
+        Corners, metres.
+    """
+    from scipy import ndimage
+
+    if overhead is None:
+        spots = sample[(sample[:, 2] > floor + 0.5) & (sample[:, 2] < top), :2]
+        return np.quantile(spots, 0.005, axis=0) - 0.1, np.quantile(spots, 0.995, axis=0) + 0.1
+    spots = overhead.centre(np.argwhere(~np.isnan(overhead.image)))
+    level = float(np.nanmedian(overhead.image))
+    hits = np.floor(sample[np.abs(sample[:, 2] - level) < 0.06, :2]).astype(np.int64)
+    first = hits.min(axis=0)
+    hit = np.zeros(hits.max(axis=0) - first + 1, dtype=np.float32)
+    hit[tuple((hits - first).T)] = 1
+    wide = (hit > 0) & (9 * ndimage.uniform_filter(hit, 3, mode="constant") > 5.5)
+    spots = np.vstack([spots, np.argwhere(wide) + first + 0.5])
+    return spots.min(axis=0) - margin, spots.max(axis=0) + margin
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CellSpace:
+    """What floor and ceiling say about each cell.
+
+    Parameters
+    ----------
+    inside : (k,) float64
+        Evidence in square metres that the cell is free space; negative where it is not.
+    spanned : (k,) bool
+        Whether a surface overhead spans the cell.
+    hit : (k,) float64
+        Share of the pixels of the cell that floor or ceiling was hit in.
+    """
+
+    inside: Floats
+    spanned: Bools
+    hit: Floats
+
+
+def cell_space(cells: Cells, space: FreeSpace) -> CellSpace:
+    """Evidence for free space in each cell: the surface overhead, and the floor where there is nothing overhead.
+
+    Parameters
+    ----------
+    cells : Cells
+        Arrangement.
+    space : FreeSpace
+        Hits of floor and ceiling.
+    """
+    image = cell_image(cells.polygons, space.hit)
+    within = image >= 0
+    label = image[within]
+    count = len(cells.polygons)
+
+    def total(values: Images) -> Floats:
+        return np.bincount(label, weights=values[within], minlength=count).astype(np.float64)
+
+    density, floor_density = space.ceiling_density, space.floor_density
+    sure = density / (density + 0.02)
+    share = np.clip(total(space.ceiling) / np.maximum(total(density), 1e-9), 0, 1)
+    open_above = 1 - sure
+    below = floor_density[(sure > 0.5) & (floor_density > 0)]
+    usual = float(np.median(below)) if len(below) else 0.0
+    expected = np.maximum(floor_density, 0.5 * usual * (floor_density > 0))
+    floor_sure = open_above * floor_density / (floor_density + 0.02)
+    floor_share = np.clip(total(space.floor * open_above) / np.maximum(total(expected * open_above), 1e-9), 0, 1)
+    area = np.array([polygon.area for polygon in cells.polygons])
+    for_room = np.clip(share / 0.3 - 1, -1, 1)
+    firm = np.where(for_room < 0, total(sure * (1 - floor_density / (floor_density + 0.02))), total(sure))
+    evidence = firm * for_room + total(floor_sure) * np.clip(floor_share / 0.4 - 1, -0.3, 1)
+    hit = total(space.hit.image) / np.maximum(np.bincount(label, minlength=count), 1)
+    spanned = (share > 0.3) & (total(sure) * space.cell**2 > 0.3 * area)
+    return CellSpace(evidence * space.cell**2 - 0.1 * area, spanned, hit)
+
+
+def roofed(space: FreeSpace, *, coarse: float = 0.5, share: float = 0.2) -> Raster:
+    """Where the surface overhead was hit here and there, however thinly.
+
+    Parameters
+    ----------
+    space : FreeSpace
+        Hits of floor and ceiling.
+    coarse : float
+        Side of the pixels of the result, metres; each looks at its eight neighbours as well.
+    share : float
+        Share of these nine that are hit at least.
+    """
+    from scipy import ndimage
+
+    step = round(coarse / space.cell)
+    rows, columns = (np.array(space.ceiling.shape) // step) * step
+    hit = space.ceiling[:rows, :columns].reshape(rows // step, step, columns // step, step).max(axis=(1, 3)) > 0
+    return Raster(ndimage.uniform_filter(hit.astype(np.float32), 3) > share, space.low, space.cell * step)

@@ -1,0 +1,143 @@
+"""Lines of wall faces in all directions and at all densities of the scan, and the evidence along them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from indoor_bim.plan.cells import Cells
+from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.face_lines import FaceLines, face_lines, join_lines
+from indoor_bim.plan.line_merging import merge_lines
+from indoor_bim.plan.local_density import thinly_scanned
+from indoor_bim.plan.oblique import other_directions, unexplained
+from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.strips import BELOW_CEILING, FAR, THIN, WHOLE_COLUMN, Sweep, evidence_along, sweep
+
+Floats = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+
+REACH = 1.5
+"""How far past the ends of a line its edges may lie, metres."""
+MAIN = (0.0, float(np.pi / 2))
+"""Main directions of a levelled scan, radians."""
+FINELY = 600.0
+"""Points per square metre from which fine strips show all there is."""
+AFAR = 100.0
+"""Points per square metre below which the scanner only looked in from afar."""
+
+
+def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, list[Sweep]]:
+    """Lines of faces, and the sweeps that show them: densely scanned walls first, then those that were seen from far away.
+
+    Parameters
+    ----------
+    points : WallPoints
+        Candidates.
+    overhead : Raster, optional
+        Points per square metre of the surface overhead; without it, walls are sought in the whole column.
+
+    Returns
+    -------
+    lines : FaceLines
+        Lines, pieces that continue one another merged.
+    sweeps : list of Sweep
+        Every sweep; ``lines.family`` numbers them.
+    """
+    if overhead is None:
+        sweeps = [sweep(points, angle, strips=WHOLE_COLUMN) for angle in MAIN]
+        return merge_lines(join_lines([face_lines(swept, family=k) for k, swept in enumerate(sweeps)])), sweeps
+    sweeps, parts = [], []
+    for strips, sparse in ((BELOW_CEILING, np.inf), (THIN, FINELY), (FAR, AFAR)):
+        candidates = points if np.isinf(sparse) else points.take(thinly_scanned(points, overhead, sparse=sparse))
+        if not len(candidates):
+            continue
+        for angle in MAIN:
+            sweeps.append(sweep(candidates, angle, strips=strips))
+            parts.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+        rest = unexplained(candidates, join_lines(parts))
+        for angle in other_directions(rest) if strips is BELOW_CEILING else ():
+            sweeps.append(sweep(rest, angle, strips=strips))
+            parts.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+    return merge_lines(join_lines(parts)), sweeps
+
+
+def look_into_free_space(lines: FaceLines, horizontal: Raster) -> NDArray[np.bool_]:
+    """Lines with at least as much floor and ceiling close to their left as to their right.
+
+    Parameters
+    ----------
+    lines : FaceLines
+        Lines.
+    horizontal : Raster
+        Image that is not zero where floor or ceiling was hit.
+    """
+    keep = np.ones(len(lines), dtype=bool)
+    away = np.arange(0.05, 0.13, horizontal.cell)
+    for k in range(len(lines)):
+        t = np.arange(float(lines.start[k]), float(lines.end[k]), horizontal.cell)
+        foot = t[:, None] * lines.direction[k] + lines.offset[k] * lines.normal[k]
+        left, right = (sum(int((horizontal.sample(foot + side * d * lines.normal[k]) > 0).sum()) for d in away) for side in (1, -1))
+        keep[k] = left >= right
+    return keep
+
+
+def folded_lines(lines: FaceLines, *, times: float = 1.4) -> NDArray[np.bool_]:
+    """Lines whose points scatter across by more than those of the usual wall: curtains."""
+    length = lines.end - lines.start
+    order = np.argsort(lines.spread, kind="stable")
+    half = np.searchsorted(np.cumsum(length[order]), length.sum() / 2)
+    usual = lines.spread[order[min(half, len(order) - 1)]] if len(order) else 0.0
+    folded: NDArray[np.bool_] = lines.spread > times * max(usual, 0.5 * BELOW_CEILING.across)
+    return folded
+
+
+def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float, end: float) -> Floats:
+    """Best wall evidence along a line in the sweeps of about its direction, one value every 10 cm.
+
+    Parameters
+    ----------
+    lines : FaceLines
+        Lines.
+    row : int
+        Line.
+    sweeps : list of Sweep
+        Sweeps of all lines.
+    start, end : float
+        Extent along the line, metres.
+    """
+    angle, offset = float(lines.angle[row]), float(lines.offset[row])
+    own = sweeps[lines.family[row]].angle
+    best: Floats = np.maximum.reduce([evidence_along(s, angle, offset, start, end) for s in sweeps if s.angle == own])
+    return best
+
+
+def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> Floats:
+    """Share of each edge where the face of its line was seen.
+
+    Parameters
+    ----------
+    cells : Cells
+        Arrangement.
+    lines : FaceLines
+        Lines that it was made from, in their order.
+    sweeps : list of Sweep
+        Sweeps of all lines.
+
+    Returns
+    -------
+    (e,) float64
+        Shares; 0 on edges of other lines.
+    """
+    wall = np.zeros(len(cells.edge_line))
+    for line in range(len(lines)):
+        rows = np.flatnonzero(cells.edge_line == line)
+        if not len(rows):
+            continue
+        start, end = float(lines.start[line]) - REACH, float(lines.end[line]) + REACH
+        profile = np.clip((line_evidence(lines, line, sweeps, start, end) - 0.15) / 0.5, 0, 1)
+        at = np.linspace(start, end, len(profile) + 1)
+        total = np.concatenate([[0.0], np.cumsum(profile)]) * (end - start) / len(profile)
+        u0, u1 = cells.edge_start[rows] @ lines.direction[line], cells.edge_end[rows] @ lines.direction[line]
+        wall[rows] = (np.interp(u1, at, total) - np.interp(u0, at, total)) / np.maximum(u1 - u0, 1e-6)
+    return np.clip(wall, 0, 1)
