@@ -28,3 +28,17 @@ def test_a_wall_is_hidden_only_between_two_seen_parts(seen, empty_inside, found)
     hidden = hidden_wall(cells, wall, direction, empty=inside if empty_inside else np.zeros(len(inside), dtype=bool))
     assert sorted(set(np.round(middle[hidden, 0], 3).tolist())) == [(a + b) / 2 for a, b in found]
     assert hidden.sum() == 2 * len(found)
+
+
+@pytest.mark.parametrize(("across", "found"), [(0.3, 2), (0.2, 0), (0.0, 0)])
+def test_a_wall_is_hidden_up_to_the_face_of_a_wall_across(across, found):
+    p = np.array([[0, 0.2], [6, 0], [4, 2], [0, -2], [2, -2], [0, 2], [0, -2], [6, -2]], dtype=float)
+    q = np.array([[6, 0.2], [0, 0], [4, -2], [0, 2], [2, 2], [6, 2], [6, -2], [6, 2]], dtype=float)
+    cells = cut_into_cells(p, q)
+    direction = (q - p)[:3] / np.hypot(*(q - p)[:3].T)[:, None]  # two faces of the wall and one across it at x = 4
+    middle = (cells.edge_start + cells.edge_end) / 2
+    wall = np.where(cells.edge_line < 2, middle[:, 0] < 2, across * (cells.edge_line == 2)).astype(float)
+    empty = np.array([0 < polygon.centroid.y < 0.2 for polygon in cells.polygons])
+    hidden = hidden_wall(cells, wall, direction, empty=empty)
+    assert hidden.sum() == found
+    np.testing.assert_allclose(middle[hidden, 0], 3.0)

@@ -145,8 +145,11 @@ def hidden_wall(
     least: float = 1.0,
     gap: float = 2.0,
     thickest: float = 0.6,
+    met: float = 0.25,
 ) -> Bools:
     """Edges where both faces of a wall are hidden, as behind cupboards on either side: the wall goes on between its lines.
+
+    It goes on from one part that was seen to the next, or to the face of a wall across.
 
     Parameters
     ----------
@@ -166,6 +169,8 @@ def hidden_wall(
         Farthest end of the hidden part from what was seen of the face on either side of it, metres.
     thickest : float
         Thickest wall, metres.
+    met : float
+        Share from which an edge counts as the face of a wall across.
     """
     lines = len(direction)
     length = np.hypot(*(cells.edge_end - cells.edge_start).T)
@@ -179,8 +184,10 @@ def hidden_wall(
         strong = wall[rows] >= seen
         if (wall[rows] * length[rows])[strong].sum() < least:
             continue
-        before = np.where(end[strong][None] <= start[:, None] + TOUCHING, start[:, None] - end[strong][None], np.inf).min(axis=1)
-        after = np.where(start[strong][None] >= end[:, None] - TOUCHING, start[strong][None] - end[:, None], np.inf).min(axis=1)
+        corners = _met_by_walls(cells, wall, direction, rows, seen=met)
+        ends, starts = np.concatenate([end[strong], corners]), np.concatenate([start[strong], corners])
+        before = np.where(ends[None] <= start[:, None] + TOUCHING, start[:, None] - ends[None], np.inf).min(axis=1)
+        after = np.where(starts[None] >= end[:, None] - TOUCHING, starts[None] - end[:, None], np.inf).min(axis=1)
         candidate[rows] = behind[rows] & (np.maximum(before, after) <= gap)
     hidden = np.zeros(len(wall), dtype=bool)
     for cell in np.unique(right[candidate]):
@@ -188,6 +195,17 @@ def hidden_wall(
         facing = direction[cells.edge_line[sides]] @ direction[cells.edge_line[sides]].T
         hidden[sides] = (facing < -0.99).any(axis=1)
     return hidden
+
+
+def _met_by_walls(cells: Cells, wall: Floats, direction: Floats, rows: Ints, *, seen: float) -> Floats:
+    """Places along a line, given by its edges, where the face of a wall across it begins, ends or crosses."""
+    line = cells.edge_line[rows[0]]
+    across = np.flatnonzero((cells.edge_line < len(direction)) & (wall >= seen))
+    across = across[np.abs(direction[cells.edge_line[across]] @ direction[line]) < 0.5]
+    own, theirs = (np.round(np.vstack([cells.edge_start[k], cells.edge_end[k]]), 4) for k in (rows, across))
+    shared = (own[:, None] == theirs[None]).all(axis=2).any(axis=1)
+    places: Floats = own[shared] @ direction[line]
+    return places
 
 
 def label_cells(cells: Cells, *, inside: Floats, wall: Floats, border: float = 0.25, solid: float = 0.30) -> Bools:
