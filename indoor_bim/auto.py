@@ -104,7 +104,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     border = cells.edge_line - len(lines)
     wall[(border >= 0) & (border < len(firm[0]) + len(weak[0]))] = 0.4
     wall[(border >= 0) & (border < len(firm[0]))] = 0.7
-    hidden = hidden_wall(cells, faces, lines.direction, empty=of_cells.hit < 0.1)
+    hidden = hidden_wall(cells, faces, lines.direction, empty=(of_cells.hit < 0.1) & (of_cells.inside < 0))
     wall[hidden] = np.maximum(wall[hidden], 0.6)
     room = label_cells(cells, inside=of_cells.inside, wall=wall)
     outlines = tuple(room_outlines(cells, room, faces, spanned=of_cells.spanned, min_closed=0.4 if overhead is not None else 0.25))
