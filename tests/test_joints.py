@@ -14,7 +14,7 @@ from test_graph import wall_table
 from indoor_bim.assemble import build_storey
 from indoor_bim.export.ifc import to_ifc
 from indoor_bim.model import Building
-from indoor_bim.plan.joints import join_without_overlaps, swallowed
+from indoor_bim.plan.joints import footprints, join_without_overlaps, swallowed
 
 HEIGHT = 3.0
 CUBIC_CENTIMETRE = 1e-6
@@ -113,3 +113,11 @@ def test_a_wall_that_several_others_cover_is_left_out():
     walls, _, outlines = joined(rows)
     assert len(walls) == 2
     assert shapely.union_all(outlines).area == pytest.approx(8 * 0.3, abs=1e-3)
+
+
+def test_a_thick_stub_in_the_midst_of_a_wall_is_left_out():
+    rows = ((0, 0), (4, 0), 0.3), ((2, -0.1), (2, 0.1), 0.36)
+    outlines = footprints(wall_table(*rows), ())
+    assert [outline.area for outline in outlines] == pytest.approx([4 * 0.3, 0.2 * 0.36])
+    assert swallowed(outlines).tolist() == [False, True]
+    assert len(join_without_overlaps(wall_table(*rows), snap=0.3, far_snap=0.0)[0]) == 1

@@ -177,7 +177,10 @@ def _without_overlaps(walls: Walls, polygons: list[shapely.Polygon]) -> list[sha
 
 
 def _cut(outline: shapely.Polygon, others: list[shapely.Polygon]) -> shapely.Polygon:
-    """Largest part of an outline outside the others, on the grid; the outline itself where nothing is left of it."""
+    """Largest part of an outline outside the others, on the grid.
+
+    The outline itself where nothing is left of it, or where another one lies in its midst: then one of them is needless.
+    """
     import shapely
 
     hair = 0.0  # corners on the grid may lie on either side of the cut: then a hair more is cut off
@@ -187,5 +190,8 @@ def _cut(outline: shapely.Polygon, others: list[shapely.Polygon]) -> shapely.Pol
         parts = [part for part in shapely.get_parts(shapely.set_precision(rest, GRID)) if part.area > SLIVER]
         if not parts:
             return outline
-        outline = shapely.Polygon(max(parts, key=lambda part: (part.area, part.bounds)).exterior)
+        largest = max(parts, key=lambda part: (part.area, part.bounds))
+        if largest.interiors:
+            return outline
+        outline = largest
     return outline
