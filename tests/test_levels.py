@@ -133,3 +133,12 @@ def test_upright_is_the_smallest_rotation(rng):
     turn = rotation(tilt=10, azimuth=25)
     found = upright(thin(box_points(rng, 8.0, 6.0, 0.0, 2.7) @ turn.T))
     np.testing.assert_allclose(found, turn.T, atol=3e-4)
+
+
+@pytest.mark.parametrize(("tilt", "azimuth"), [(9, 130), (17, 300)])
+def test_noisy_scan_is_levelled(rng, tilt, azimuth):
+    """Noise of 25 mm on every surface: short plane pieces would have no clear normal."""
+    turn = rotation(tilt=tilt, azimuth=azimuth, yaw=20)
+    points = box_points(rng, 9.0, 7.0, 0.0, 3.0, count=400_000, noise=0.025)
+    up = upright(thin(points @ turn.T)) @ turn[:, 2]
+    assert np.degrees(np.arccos(min(up[2], 1.0))) < 0.05

@@ -7,12 +7,16 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.heights import height_peaks, nearest_peak
 from indoor_bim.cloud.motion import moved
-from indoor_bim.cloud.plane_pieces import CELL, patches
+from indoor_bim.cloud.plane_pieces import Patches, patches
 from indoor_bim.errors import NothingToReconstructError
 
 Floats = NDArray[np.float64]
 
 _UP = np.array([0.0, 0.0, 1.0])
+_CELL = 0.60
+"""Side of the plane pieces, metres: long enough for the normals of noisy scans."""
+_SMALL_CELL = 0.30
+_FEW = 30
 _CONVERGED = 1e-5  # radians: 0.2 mm over 20 m
 
 
@@ -37,20 +41,29 @@ def upright(points: Floats) -> Floats:
     NothingToReconstructError
         If no level surface is found.
     """
-    flat = patches(points)
-    up = flat.normal * np.where(flat.normal[:, 2:] < 0, -1.0, 1.0)
-    steep = up[:, 2] > np.cos(np.radians(45))
-    if steep.sum() < 4:
+    steep = _level_normals(points, steepest=45)
+    if len(steep.normal) < 4:
         raise NothingToReconstructError(
-            f"found {int(steep.sum())} level surface pieces of {CELL} m in {len(points)} thinned points, expected a floor or a ceiling: "
-            "check the up axis and the unit of the scan"
+            f"found {len(steep.normal)} level surface pieces of {_SMALL_CELL} m in {len(points)} thinned points, expected a floor or a "
+            "ceiling: check the up axis and the unit of the scan"
         )
-    vertical = _common_direction(up[steep])
+    vertical = _common_direction(steep.normal)
     for _ in range(6):
         before, vertical = vertical, _fit_levels(points, vertical)
         if np.linalg.norm(vertical - before) < _CONVERGED:
             break
     return _rotation_between(vertical, _UP)
+
+
+def _level_normals(points: Floats, *, steepest: float) -> Patches:
+    """Plane pieces at most `steepest` degrees from level, normals up; small ones where a small scan has few."""
+    for cell in (_CELL, _SMALL_CELL):
+        flat = patches(points, cell=cell)
+        normal = flat.normal * np.where(flat.normal[:, 2:] < 0, -1.0, 1.0)
+        level = normal[:, 2] > np.cos(np.radians(steepest))
+        if level.sum() >= _FEW:
+            break
+    return Patches(flat.centre[level], normal[level], flat.spread[level])
 
 
 def _common_direction(up: Floats) -> Floats:
@@ -75,8 +88,7 @@ def _common_direction(up: Floats) -> Floats:
 def _fit_levels(points: Floats, vertical: Floats) -> Floats:
     """One Gauss-Newton step of planes with a common normal through all level surfaces, Tukey weights."""
     turn = _rotation_between(vertical, _UP)
-    flat = patches(moved(points, turn))
-    level = flat.centre[np.abs(flat.normal[:, 2]) > np.cos(np.radians(6))]
+    level = _level_normals(moved(points, turn), steepest=6).centre
     if len(level) < 4:
         return vertical
     slope = np.zeros(2)
