@@ -42,6 +42,11 @@ class FaceLines:
     def __len__(self) -> int:
         return len(self.angle)
 
+    @classmethod
+    def none(cls) -> FaceLines:
+        """No line at all."""
+        return cls(*(np.zeros(0, dtype=np.int64 if name == "family" else np.float64) for name in cls.__slots__))
+
     @property
     def direction(self) -> Floats:
         """(m, 2) float64 unit vectors along the lines."""

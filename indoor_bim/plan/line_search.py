@@ -47,19 +47,53 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
     if overhead is None:
         sweeps = [sweep(points, angle, strips=WHOLE_COLUMN) for angle in MAIN]
         return merge_lines(join_lines([face_lines(swept, family=k) for k, swept in enumerate(sweeps)])), sweeps
-    sweeps, parts = [], []
+    sweeps = []
+    lines = FaceLines.none()
     for strips, sparse in ((BELOW_CEILING, np.inf), (THIN, FINELY), (FAR, AFAR)):
         candidates = points if np.isinf(sparse) else points.take(thinly_scanned(points, overhead, sparse=sparse))
         if not len(candidates):
             continue
+        found = []
         for angle in MAIN:
             sweeps.append(sweep(candidates, angle, strips=strips))
-            parts.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
-        rest = unexplained(candidates, join_lines(parts))
+            found.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+        rest = unexplained(candidates, join_lines([lines, *found]))
         for angle in other_directions(rest) if strips is BELOW_CEILING else ():
             sweeps.append(sweep(rest, angle, strips=strips))
-            parts.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
-    return merge_lines(join_lines(parts)), sweeps
+            found.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+        more = join_lines(found)
+        lines = merge_lines(join_lines([lines, more.take(~beside(more, lines))]))
+    return lines, sweeps
+
+
+def beside(lines: FaceLines, others: FaceLines, *, near: float = 0.05, far: float = 0.35, share: float = 0.5) -> Bools:
+    """Lines that run along others close by, looking the same way: window panes and curtains along the wall that they are in.
+
+    Parameters
+    ----------
+    lines : FaceLines
+        Lines.
+    others : FaceLines
+        Lines that are certain.
+    near, far : float
+        Distances between which a line is beside another, metres; nearer, it is the same.
+    share : float
+        Share of a line that the other runs along at least.
+
+    Returns
+    -------
+    (m,) bool
+        One value for each line.
+    """
+    p, q = lines.ends()
+    found = np.zeros(len(lines), dtype=bool)
+    for k in range(len(others)):
+        d, normal = others.direction[k], others.normal[k]
+        along, across = np.array([p @ d, q @ d]), np.array([p @ normal, q @ normal]) - others.offset[k]
+        common = np.minimum(along.max(axis=0), others.end[k]) - np.maximum(along.min(axis=0), others.start[k])
+        apart = np.abs(across.mean(axis=0))
+        found |= (lines.direction @ d > 0.99) & (apart > near) & (apart < far) & (common > share * (lines.end - lines.start))
+    return found
 
 
 def look_into_free_space(lines: FaceLines, horizontal: Raster) -> NDArray[np.bool_]:
