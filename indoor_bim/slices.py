@@ -18,9 +18,10 @@ from indoor_bim.cloud.spacing import point_spacing
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan.back_to_back import turn_back_to_back
 from indoor_bim.plan.chi_square_merge import merge_lines
-from indoor_bim.plan.contour_completion import Contour, complete_contour
+from indoor_bim.plan.contour_completion import CLOSED, Contour, complete_contour
 from indoor_bim.plan.contour_rooms import contour_rooms
 from indoor_bim.plan.curtains import draw_curtains
+from indoor_bim.plan.doubles import without_doubles
 from indoor_bim.plan.facing import orient_by_free_space
 from indoor_bim.plan.full_height import share_at_ceiling, with_heights
 from indoor_bim.plan.image import remove_burrs, thicken
@@ -45,14 +46,17 @@ Ints = NDArray[np.int64]
 NO_RANGE_GATE = (
     "The range gate was skipped: it needs the time of every point and the path of the scanner, and the scan came without one of them."
 )
+import os; KEEP_ROOMS = bool(os.environ.get("KR"))
 SLACK = 0.05  # metres: points this close to floor or ceiling belong to them
-COVER_CELL, COVER_MARGIN = 0.10, 0.40  # metres: what has neither floor nor ceiling this close lies outside
+COVER_CELL, COVER_MARGIN = 0.20, 0.40  # metres: what has neither floor nor ceiling this close lies outside
 USUAL_HEIGHT = 2.5  # metres, where no ceiling was seen
 FINEST_PIXEL = 0.015  # metres
 POINTS_PER_PIXEL = 3.0  # along a wall: fewer, and the walls fall apart in the image
 NEIGHBOURHOOD = 3.0  # scatters of a wall: how far neighbours are looked at where walls are noisy
-MAP_SHARE = 0.75  # of the scatter of the points: how far whole stretches of wall are off
+MAP_SHARE = 0.5  # of the scatter of the points: how far whole stretches of wall are off
 SHORT = 0.60  # metres: shorter faces are walls only where they reach the ceiling and are parts of a contour
+SURE = 6.0  # reaches: shorter faces cannot be told from noise
+BELOW_CEILING = (0.075, 0.25)  # metres: depth of the band that every wall is in and no door, window or wardrobe
 AT_CEILING = 0.35  # share of a face right below the ceiling that makes it a wall
 LEAST_COVERAGE = 0.12  # of a face from floor to ceiling: emptier are beams and what hangs from the ceiling
 
@@ -75,6 +79,8 @@ class SliceLines:
         Lines with their covariance.
     noise : float
         Robust standard deviation of the points across their lines, metres.
+    reach : float
+        Largest distance of a place from the line of its set, metres.
     """
 
     xy: Points
@@ -83,6 +89,7 @@ class SliceLines:
     covariance: Points
     lines: PolarLines
     noise: float
+    reach: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,10 +222,11 @@ def slices_storey(
         sigma=sigma,
         gap=closing_gap,
         map_noise=MAP_SHARE * pieces.noise,
+        farthest=pieces.reach,
     )
     merged = replace(pieces, group=group, lines=fit_lines(pieces.xy, group, pieces.covariance))
     image = layer_image(points, height=height)
-    reach = max(image.bits.cell, 2 * pieces.noise)
+    reach = max(image.bits.cell / 2, 2 * pieces.noise)
     segments = with_heights(line_segments(merged, free), image, height=height, reach=reach)
     if scanner is None:
         segments = turn_back_to_back(segments, count_raster(storey.points[storey.part != WALL, :2], cell=0.02))
@@ -228,12 +236,12 @@ def slices_storey(
     rooms, columns = contour_rooms(contour)
     level = levelled.storeys[number]
     plan = StoreyPlan(
-        faces=contour.segments,
+        faces=with_gaps(contour),
         floor=level.floor,
         ceiling=level.ceiling,
         seen=free,
-        rooms=rooms,
-        room_levels=tuple((floor, floor + height) for _ in rooms),
+        rooms=rooms if KEEP_ROOMS else (),
+        room_levels=tuple((floor, floor + height) for _ in rooms) if KEEP_ROOMS else (),
         columns=columns,
     )
     return SlicesStages(slices, pieces, merged, segments, contour, image, plan)
@@ -296,8 +304,7 @@ def storey_points(levelled: LevelledCloud, number: int, scanner: Points | None) 
     floor = storey.floor if storey.floor is not None else (storey.ceiling or 0.0) - USUAL_HEIGHT
     highest = above[0] - 0.3 if above else float(np.quantile(z, 0.995))
     top = storey.ceiling if storey.ceiling is not None else max(min(highest, floor + USUAL_HEIGHT), floor + 1.0)
-    level = floor if storey.ceiling is None else top
-    spots = levelled.points[np.abs(z - level) < 2 * SLACK, :2]
+    spots = levelled.points[(np.abs(z - floor) < SLACK) | (np.abs(z - (storey.ceiling or floor)) < SLACK), :2]
     rows = np.flatnonzero((z > floor + SLACK) & (z < top - SLACK))
     if len(spots):
         seen = count_raster(spots, cell=COVER_CELL)
@@ -367,7 +374,7 @@ def line_sets(
     if wide > 0.4 * pixel:
         for _ in range(2):
             thin = draw_to_lines(thin, radius=NEIGHBOURHOOD * wide)
-    on_line = line_like(xy, radius=NEIGHBOURHOOD * max(wide, pixel))
+    on_line = line_like(xy, radius=max(NEIGHBOURHOOD * wide, 2 * pixel))
     chains = chain_points(thin[on_line], pixel=pixel)
     distance = max(1.25 * pixel, 1.5 * wide) if split_distance is None else split_distance
     piece = split_and_merge(chains, distance=distance, gap=4 * pixel if split_gap is None else split_gap)
@@ -392,7 +399,7 @@ def line_sets(
             covariance = point_covariance(xy, scanner, range_noise=noise[0] or found[0], bearing_noise=noise[1] or found[1])
         group = drop_small(np.where(np.abs(offset) <= max(distance, 3 * spread), group, -1), xy, **least)
         lines = fit_lines(xy, group, covariance)
-    return SliceLines(xy, scanner, group, covariance, lines, spread)
+    return SliceLines(xy, scanner, group, covariance, lines, spread, distance)
 
 
 def line_segments(found: SliceLines, free: Raster) -> Segments:
@@ -441,19 +448,31 @@ def wall_contour(segments: Segments, image: LayerImage, *, height: float, reach:
         If none is a wall.
     """
     if ceiling:
-        wall = share_at_ceiling(segments, image, height=height, reach=reach) >= AT_CEILING
+        depth = float(np.clip(6 * reach, *BELOW_CEILING))
+        wall = share_at_ceiling(segments, image, height=height, reach=reach, depth=depth) >= AT_CEILING
         wall &= segments.coverage >= LEAST_COVERAGE
     else:
         wall = wall_like(segments, storey_height=height, least_length=0.0)
     if not wall.any():
         raise NothingToReconstructError(f"found no wall among {len(segments)} lines of the slices; expected walls from floor to ceiling")
-    faces = draw_curtains(segments.take(wall))
+    faces = draw_curtains(without_doubles(segments.take(wall), shortest=SURE * reach))
     while True:
         contour = complete_contour(faces, gap=gap)
-        stub = (contour.segments.length < SHORT) & (contour.follows < 0).any(axis=1)
+        goes_on = (contour.follows >= 0).all(axis=1) | (contour.kind == CLOSED).any(axis=1)
+        stub = (contour.segments.length < SHORT) & ~goes_on
         if not stub.any() or stub.all():
             return contour
         faces = faces.take(~stub)
+
+
+def with_gaps(contour: Contour) -> Segments:
+    """Segments of a contour and, for each gap left for a door or window, a face without support: the wall goes on over and below it."""
+    gaps = contour.gaps()
+    ends = contour.place(gaps.ravel()).reshape(-1, 2, 2)
+    from_end = (gaps[:, 0] % 2 == 1)[:, None]
+    p, q = np.where(from_end, ends[:, 0], ends[:, 1]), np.where(from_end, ends[:, 1], ends[:, 0])
+    bridges = replace(Segments.from_ends(p, q), sided=contour.segments.sided[gaps // 2].all(axis=1))
+    return Segments(**{name: np.concatenate([getattr(part, name) for part in (contour.segments, bridges)]) for name in Segments.__slots__})
 
 
 def _front(found: SliceLines, free: Raster) -> Points:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -95,6 +96,7 @@ def merge_lines(
     sigma: float = 3.0,
     gap: float = 0.5,
     map_noise: float = 0.0,
+    farthest: float = np.inf,
 ) -> Ints:
     """Merge sets of points whose lines do not differ by more than their uncertainty, and that lie close to one another.
 
@@ -117,6 +119,8 @@ def merge_lines(
         Largest distance between two sets, metres.
     map_noise : float
         Standard deviation of the map, metres, see `with_map_noise`.
+    farthest : float
+        No end of two merged lines lies farther from the line that is the mean of both, weighted by their covariances, metres.
 
     Returns
     -------
@@ -132,7 +136,8 @@ def merge_lines(
     while True:
         known = np.isfinite(front[:, 0]) & np.isfinite(lines.alpha)
         lines = lines.facing(np.where(known[:, None], front, np.nan))
-        pairs = _best_pairs(with_map_noise(lines, p, q, noise=map_noise), p, q, known, gap=gap, limit=limit)
+        gates = {"gap": gap, "limit": limit, "farthest": farthest}
+        pairs = _best_pairs(lines, with_map_noise(lines, p, q, noise=map_noise), p, q, known, **gates)
         if not len(pairs):
             break
         target = np.arange(count)
@@ -168,8 +173,18 @@ def _mean_front(front: Floats, size: Ints, target: Ints) -> Floats:
     return np.where(total[:, None] > 0, sums / np.maximum(total, 1)[:, None], np.nan)
 
 
-def _best_pairs(lines: PolarLines, p: Floats, q: Floats, known: NDArray[np.bool_], *, gap: float, limit: float) -> Ints:
-    """Rows (k, 2) of lines that are each other's best match within the gate."""
+def _best_pairs(
+    fitted: PolarLines,
+    lines: PolarLines,
+    p: Floats,
+    q: Floats,
+    known: NDArray[np.bool_],
+    *,
+    gap: float,
+    limit: float,
+    farthest: float,
+) -> Ints:
+    """Rows (k, 2) of lines that are each other's best match within the gates; `lines` hold the error of the map, `fitted` do not."""
     import shapely
 
     usable = np.flatnonzero(np.isfinite(p).all(axis=1) & np.isfinite(q).all(axis=1) & np.isfinite(lines.alpha))
@@ -179,6 +194,8 @@ def _best_pairs(lines: PolarLines, p: Floats, q: Floats, known: NDArray[np.bool_
     origin = (p[i] + q[i] + p[j] + q[j]) / 4
     value = chi_square(lines.take(i).moved(origin), lines.take(j).moved(origin), sided=known[i] & known[j])
     good = value <= limit
+    i, j, value, origin = i[good], j[good], value[good], origin[good]
+    good = _farthest_end(fitted.take(i).moved(origin), fitted.take(j).moved(origin), [x - origin for x in (p[i], q[i], p[j], q[j])]) <= farthest
     i, j, value = i[good], j[good], value[good]
     apart = _wall_ends_between(lines, p, q, i, j, usable)
     i, j, value = i[~apart], j[~apart], value[~apart]
@@ -191,6 +208,22 @@ def _best_pairs(lines: PolarLines, p: Floats, q: Floats, known: NDArray[np.bool_
     best[a[first]] = b[first]
     mutual = (best[i] == j) & (best[j] == i)
     return np.column_stack([i[mutual], j[mutual]])
+
+
+def _farthest_end(first: PolarLines, second: PolarLines, ends: Sequence[Floats]) -> Floats:
+    """Largest distance (m,) of the ends from the mean of two lines, weighted by the inverse of their covariances (Pfister et al.)."""
+    turned = (second.alpha - first.alpha + np.pi) % (2 * np.pi) - np.pi
+    other = np.abs(turned) > np.pi / 2
+    sign = np.where(other, -1.0, 1.0)
+    difference = np.column_stack([(turned + np.pi / 2) % np.pi - np.pi / 2, sign * second.radius - first.radius])
+    flip = np.ones((len(first), 2, 2))
+    flip[:, 0, 1] = flip[:, 1, 0] = sign
+    a, b = np.linalg.inv(first.covariance), np.linalg.inv(second.covariance * flip)
+    step = np.linalg.solve(a + b, b @ difference[:, :, None])[:, :, 0]
+    alpha, radius = first.alpha + step[:, 0], first.radius + step[:, 1]
+    off = [np.abs(x[:, 0] * np.cos(alpha) + x[:, 1] * np.sin(alpha) - radius) for x in ends]
+    farthest: Floats = np.max(off, axis=0)
+    return farthest
 
 
 def _wall_ends_between(lines: PolarLines, p: Floats, q: Floats, i: Ints, j: Ints, usable: Ints) -> NDArray[np.bool_]:

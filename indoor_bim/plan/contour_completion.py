@@ -61,7 +61,9 @@ class Contour:
         return rings
 
 
-def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5, widest: float = 3.0) -> Contour:
+def complete_contour(
+    segments: Segments, *, gap: float = 0.5, reach: float = 0.5, far_reach: float = 2.0, widest: float = 3.0
+) -> Contour:
     """Complete the contour that segments are parts of (section 1.4.2).
 
     Ends of two segments are linked, the nearest first, each to one other end; ends of faces whose side is known only so that free space stays on
@@ -77,6 +79,8 @@ def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5
         Gaps shorter than this along x and along y are closed, metres.
     reach : float
         Ends are moved to a corner by no more than this, metres.
+    far_reach : float
+        Ends that are left are moved on to a corner by no more than this, and no segment becomes more than twice as long, metres.
     widest : float
         Gaps wider than this are not linked, metres.
 
@@ -98,12 +102,16 @@ def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5
     follows, kind = np.full(2 * m, -1, dtype=np.int64), np.zeros(2 * m, dtype=np.int8)
     if m < 2:
         return Contour(segments, follows.reshape(-1, 2), kind.reshape(-1, 2))
-    a, b, how, cost, target = _links(segments, gap=gap, reach=reach, widest=widest)
+    a, b, how, cost, target, outwards = _links(segments, gap=gap, reach=max(reach, far_reach), widest=widest)
     ends = np.stack([segments.p, segments.q], axis=1).reshape(-1, 2)
     place = np.round(ends, 6)
-    order = np.lexsort((place[b, 1], place[b, 0], place[a, 1], place[a, 0], np.round(cost, 6), how == GAP))
+    moves = np.hypot(*(target - ends[a]).T), np.hypot(*(target - ends[b]).T)
+    far = (how == CORNER) & (np.maximum(*moves) > reach)
+    allowed = ~far | (outwards & (moves[0] <= segments.length[a // 2]) & (moves[1] <= segments.length[b // 2]))
+    turn = np.where(far, 2, how == GAP)  # first what is near, then gaps, then corners that were not seen
+    order = np.lexsort((place[b, 1], place[b, 0], place[a, 1], place[a, 0], np.round(cost, 6), turn))
     moved = ends.copy()
-    for k in order:
+    for k in order[allowed[order]]:
         if follows[a[k]] >= 0 or follows[b[k]] >= 0 or follows[a[k] ^ 1] == b[k]:
             continue
         follows[a[k]], follows[b[k]] = b[k], a[k]
@@ -119,14 +127,17 @@ def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5
     return Contour(replace(segments, p=p, q=q), follows.reshape(-1, 2), kind.reshape(-1, 2))
 
 
-def _links(segments: Segments, *, gap: float, reach: float, widest: float) -> tuple[Ints, Ints, NDArray[np.int8], Floats, Floats]:
-    """Pairs of ends that may be linked: both ends, how, how far they move, and where to."""
+def _links(
+    segments: Segments, *, gap: float, reach: float, widest: float
+) -> tuple[Ints, Ints, NDArray[np.int8], Floats, Floats, NDArray[np.bool_]]:
+    """Pairs of ends that may be linked: both ends, how, how far they move, where to, and whether both are prolonged."""
+    from scipy.spatial import cKDTree
+
     ends = np.stack([segments.p, segments.q], axis=1).reshape(-1, 2)
     outward = np.stack([-segments.direction, segments.direction], axis=1).reshape(-1, 2)
     row = np.arange(len(ends)) // 2
-    a, b = np.triu_indices(len(ends), k=1)
-    far = max(2 * reach, widest)
-    near = (np.abs(ends[a] - ends[b]) <= far).all(axis=1) & (row[a] != row[b])
+    a, b = cKDTree(ends).query_pairs(np.hypot(reach, max(reach, widest)) + reach, output_type="ndarray").astype(np.int64).reshape(-1, 2).T
+    near = row[a] != row[b]
     sided = segments.sided[row]
     near &= ~(sided[a] & sided[b]) | (a % 2 != b % 2)
     a, b = a[near], b[near]
@@ -149,4 +160,4 @@ def _links(segments: Segments, *, gap: float, reach: float, widest: float) -> tu
     cost = np.where(corner, np.abs(move_a) + np.abs(move_b), np.hypot(*between.T))[keep]
     meeting = ends[a] + np.where(corner, move_a, 0.0)[:, None] * u
     target = np.where(corner[:, None], meeting, (ends[a] + ends[b]) / 2)[keep]
-    return a[keep], b[keep], how, cost, target
+    return a[keep], b[keep], how, cost, target, ((move_a > 0) & (move_b > 0))[keep]

@@ -12,7 +12,7 @@ from indoor_bim.plan.segments import Segments
 
 Floats = NDArray[np.float64]
 
-BELOW_CEILING = (0.05, 0.25)  # metres: the band that lintels, parapets and furniture do not tell from walls, but that all walls are in
+CEILING_NOISE = 0.05  # metres: points this close to the ceiling may be its own
 SNAP = 0.15  # metres: tops closer than this to the ceiling are at it
 
 
@@ -46,7 +46,7 @@ def with_heights(segments: Segments, image: LayerImage, *, height: float, reach:
     return replace(segments, coverage=coverage, top=top)
 
 
-def share_at_ceiling(segments: Segments, image: LayerImage, *, height: float, reach: float) -> Floats:
+def share_at_ceiling(segments: Segments, image: LayerImage, *, height: float, reach: float, depth: float) -> Floats:
     """Share (m,) of the length of faces that is hit right below the ceiling.
 
     Panes, door leaves and most furniture end lower.
@@ -61,6 +61,9 @@ def share_at_ceiling(segments: Segments, image: LayerImage, *, height: float, re
         From floor to ceiling, metres.
     reach : float
         Points within this distance of a face lie on it, metres.
+    depth : float
+        How far below the ceiling is looked, metres: the less, the better walls are told from door leaves and panes; the more, the fewer points are
+        needed.
     """
-    band = image.rows(height - BELOW_CEILING[1], height - BELOW_CEILING[0])
+    band = image.rows(height - depth, height - CEILING_NOISE)
     return np.array([hit[:, band].any(axis=1).mean() for hit in hits_along(image, segments.p, segments.q, reach=reach)])

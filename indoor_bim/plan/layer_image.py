@@ -14,7 +14,7 @@ Ints = NDArray[np.int64]
 Layers = NDArray[np.bool_]
 
 MOST_LAYERS = 63  # bits of a pixel
-LAYER = 0.05  # metres: height of a layer where the storey is not too tall for it
+LAYER = 0.025  # metres: height of a layer where the storey is not too tall for it
 STEP = 0.05  # metres along a line between two samples
 
 
@@ -59,7 +59,7 @@ def layer_image(points: Floats, *, height: float, cell: float = 0.025) -> LayerI
     --------
     >>> image = layer_image(np.array([[0.01, 0.01, 0.07], [0.01, 0.01, 0.99]]), height=1.0)
     >>> hits_along(image, np.zeros((1, 2)), np.array([[0.02, 0.0]]), reach=0.0)[0].nonzero()[1].tolist()
-    [1, 19]
+    [2, 39]
     """
     layer = max(LAYER, height / MOST_LAYERS)
     count = max(int(np.ceil(round(height / layer, 6))), 1)

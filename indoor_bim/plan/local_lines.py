@@ -9,7 +9,7 @@ Floats = NDArray[np.float64]
 
 PIXELS_PER_RADIUS = 3  # of the images that moments are summed in
 FINEST = 0.005  # metres
-AREA_LIKE = 0.8  # of it: corners are less wide, areas more
+AREA_LIKE = 0.9  # of it: corners are less wide, areas more
 LEAST_EXTENT = 0.3  # of the radius: what has less around it is alone
 LINE_LIKE = 0.6  # of the standard deviation along a neighbourhood: one that is wider has no direction
 
@@ -17,7 +17,7 @@ LINE_LIKE = 0.6  # of the standard deviation along a neighbourhood: one that is 
 def local_lines(xy: Floats, *, radius: float) -> tuple[Floats, Floats, Floats]:
     """Line through the neighbourhood of each point.
 
-    Neighbours are weighted by a normal distribution. Their moments are summed in an image and smoothed there, so that the cost grows with
+    Neighbours are weighted by a normal distribution, those in one pixel by the root of their number. Their moments are summed in an image and smoothed there, so that the cost grows with
     the area and not with the number of neighbours.
 
     Parameters

@@ -14,6 +14,7 @@ LAYER = 0.05  # metres: height of a layer
 WALL_FILL = 0.6  # of the layers that the fullest columns are hit in: from here on a column is wall
 FULL = 0.95  # quantile of the hit layers that counts as the fullest
 TOP_BAND, TOP_FILL = 0.30, 0.5  # metres below the ceiling, and share of its layers: what is hit there is wall too, above a door or window
+FLAT = 2  # layers: what is hit in neither of those so far above and below is level, such as the underside of a lintel
 CLEARANCE = 0.10  # metres above the floor and below the ceiling that are their own
 THINNEST = 0.02  # metres: thinner slices gain nothing
 POINTS_PER_METRE = 100  # of wall in plan and slice: what a line needs in order not to fall apart
@@ -43,7 +44,7 @@ class LayerEvidence:
     hit : (k, m) bool
         Wall columns that are hit in each layer.
     clutter : (k,) int64
-        Columns hit in each layer that are not beside a wall column: furniture and what else stands about.
+        Columns hit in each layer that are not beside a wall column, or level there: furniture, undersides of lintels.
     density : float
         Points on a metre of wall in plan per metre of height: the median of the wall columns.
     """
@@ -86,7 +87,11 @@ def layer_evidence(points: Floats, *, height: float, cell: float = CELL, layer: 
     of_wall = wall[column]
     hit[level[of_wall], number[column[of_wall]]] = True
     beside = np.unique(columns[wall] + np.array([i * width + j for i in (-1, 0, 1) for j in (-1, 0, 1)])[:, None])
-    clutter = np.bincount(level[~np.isin(columns, beside)[column]], minlength=layers)
+    alone = np.zeros((len(columns), layers + 2 * FLAT), dtype=bool)
+    alone[column, level + FLAT] = True
+    flat = alone[:, FLAT:-FLAT] & ~alone[:, : -2 * FLAT] & ~alone[:, 2 * FLAT :]  # nothing above, nothing below: seen from below or above
+    other = ~of_wall & (~np.isin(columns, beside)[column] | flat[column, level])
+    clutter = np.bincount(level[other], minlength=layers)
     points_in = np.bincount(column, weights=count)[wall]
     density = float(np.median(points_in)) / cell / (layers * layer) if wall.any() else 0.0
     return LayerEvidence(CLEARANCE + (np.arange(layers) + 0.5) * layer, hit, clutter, density)
