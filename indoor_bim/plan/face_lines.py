@@ -45,7 +45,8 @@ class FaceLines:
     @classmethod
     def none(cls) -> FaceLines:
         """No line at all."""
-        return cls(*(np.zeros(0, dtype=np.int64 if name == "family" else np.float64) for name in cls.__slots__))
+        nothing = np.zeros(0)
+        return cls(nothing, nothing, nothing, nothing, nothing, np.zeros(0, dtype=np.int64))
 
     @property
     def direction(self) -> Floats:

@@ -143,8 +143,8 @@ def extent(overhead: Raster | None, sample: Floats, *, floor: float, top: float,
     first = hits.min(axis=0)
     hit = np.zeros(hits.max(axis=0) - first + 1, dtype=np.float32)
     hit[tuple((hits - first).T)] = 1
-    wide = (hit > 0) & (9 * ndimage.uniform_filter(hit, 3, mode="constant") > 5.5)
-    spots = np.vstack([spots, np.argwhere(wide) + first + 0.5])
+    wide = (hit > 0) & (9 * ndimage.uniform_filter(hit, 3, mode="constant") > 3.5)
+    spots = np.vstack([spots, np.argwhere(wide) + first, np.argwhere(wide) + first + 1.0])
     return spots.min(axis=0) - margin, spots.max(axis=0) + margin
 
 

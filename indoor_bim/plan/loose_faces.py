@@ -122,7 +122,7 @@ def without_doubles(p: Floats, q: Floats, *, apart: float = 0.30, share: float =
     return keep
 
 
-def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float = 2.5, past: float = 0.05) -> tuple[Floats, Floats]:
+def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float = 3.5, past: float = 1.0) -> tuple[Floats, Floats]:
     """Pieces whose ends run on to the next room or to where they meet another piece that does the same.
 
     Parameters
@@ -134,7 +134,7 @@ def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float 
     farthest : float
         Longest prolongation, metres.
     past : float
-        How far an end may lie past what it meets, metres.
+        Longest end past what a piece meets that is cut off, metres.
 
     Returns
     -------
@@ -155,7 +155,7 @@ def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float 
                 w = p[j] - spot
                 along = (w[1] * direction[j, 0] - w[0] * direction[j, 1]) / cross[j]
                 on = (w[1] * d[0] - w[0] * d[1]) / cross[j]
-                if -past - 0.3 < along < farthest and -farthest < on < length[j] + farthest:
+                if -past < along < farthest and -farthest < on < length[j] + farthest:
                     meets.append(float(along))
             if meets:
                 new[end][k] = spot + min(meets) * d
@@ -163,7 +163,7 @@ def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float 
 
 
 def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, high: float, near: float = 0.06) -> NDArray[np.bool_]:
-    """Pieces that stopped at least as many rays as went on through them: what a mirror or a window shows lets rays pass.
+    """Pieces that stopped at least half as many rays as went on through them: what only a mirror shows lets rays pass.
 
     Parameters
     ----------
@@ -189,7 +189,7 @@ def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, h
     >>> hits = np.array([[0.5, 3.0, 1.0], [1.5, 3.01, 1.0], [1.0, 5.0, 1.0]])
     >>> opaque(p, q, hits, np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5).tolist()
     [True]
-    >>> opaque(p, q, hits[[0, 2, 2]], np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5).tolist()
+    >>> opaque(p, q, hits[[0, 2, 2, 2]], np.tile([1.0, 0.0, 1.0], (4, 1)), low=0.0, high=2.5).tolist()
     [False]
     """
     keep = np.ones(len(p), dtype=bool)
@@ -204,7 +204,7 @@ def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, h
         along = (spot[:, :2] - p[k]) @ d
         on = (along > 0) & (along < length[k]) & (spot[:, 2] > low) & (spot[:, 2] < high)
         stopped = np.count_nonzero(on & (behind[rows] > -near))
-        keep[k] = stopped >= np.count_nonzero(on) - stopped
+        keep[k] = 2 * stopped >= np.count_nonzero(on) - stopped
     return keep
 
 
