@@ -12,12 +12,13 @@ from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_hol
 from indoor_bim.plan.opening_edges import traces
 from indoor_bim.plan.openings import THRESHOLD, FoundOpening, leaf_count, name_opening
 from indoor_bim.plan.shallow_doors import LARGEST_STEP, find_shallow_doors
-from indoor_bim.wall_views import WallView, wall_views
+from indoor_bim.wall_views import WallView, recessed, wall_views
 
 Floats = NDArray[np.float64]
 
 DECIMALS = 4  # tenths of a millimetre
 DARK_WINDOW = 1.3  # times larger than what rays show of it
+WIDEST_FRAME = 0.2  # metres between the edge of a window and its panes; what is wider is a wall
 SHALLOW_PROOF = 0.5  # confidence of a door that only a step of a centimetre or two shows
 AROUND_HOLE = 0.6  # metres on either side of a hole that are looked at
 
@@ -71,17 +72,25 @@ def find_openings(
     }
     found: dict[str, list[FoundOpening]] = {}
     for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time, intensity=intensity):
-        holes = find_holes(*blind_cell_states(view.picture), cell=view.picture.cell)
-        if view.blind:
-            openings = _named(view, holes, blind=True, **bounds)
-        else:
-            by_rays = _named(view, find_holes(*cell_states(view.picture), cell=view.picture.cell), blind=False, **bounds)
-            by_edges = _named(view, [hole for hole in holes if hole.bottom > THRESHOLD], blind=True, **bounds)
-            openings = _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window"])
+        openings = _openings(view, **bounds)
         sizes = {name.replace("_door", ""): value for name, value in bounds.items() if name != "frame"}
-        openings += [door for door in _shallow_doors(view, **sizes) if not any(_overlap(door, o) for o in openings)]
+        deeper = [o for recess in recessed(view) for o in _openings(recess, **bounds)]
+        openings = [o for o in openings if o.kind == "door" or not any(_contains(o, other) for other in deeper)]
+        for other in (*_shallow_doors(view, **sizes), *deeper):
+            if not any(_overlap(other, o) for o in openings):
+                openings.append(other)
         found[view.wall.id] = _without_overlap([o for o in openings if o.confidence >= min_confidence])
     return replace(storey, walls=_with_openings(storey, found))
+
+
+def _openings(view: WallView, **bounds: float) -> list[FoundOpening]:
+    """Openings that go into a wall."""
+    holes = find_holes(*blind_cell_states(view.picture), cell=view.picture.cell)
+    if view.blind:
+        return _named(view, holes, blind=True, **bounds)
+    by_rays = _named(view, find_holes(*cell_states(view.picture), cell=view.picture.cell), blind=False, **bounds)
+    by_edges = _named(view, [hole for hole in holes if hole.bottom > THRESHOLD], blind=True, **bounds)
+    return _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window"])
 
 
 def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -> list[FoundOpening]:
@@ -140,6 +149,12 @@ def _area(o: FoundOpening) -> float:
 
 def _overlap(a: FoundOpening, b: FoundOpening) -> bool:
     return min(a.end, b.end) > max(a.start, b.start) and min(a.top, b.top) > max(a.bottom, b.bottom)
+
+
+def _contains(outer: FoundOpening, inner: FoundOpening) -> bool:
+    """True where an opening is the recess that another one is in."""
+    aside = min(inner.start - outer.start, outer.end - inner.end)
+    return aside > WIDEST_FRAME and inner.bottom > outer.bottom + WIDEST_FRAME and inner.top <= outer.top
 
 
 def _without_overlap(openings: list[FoundOpening]) -> list[FoundOpening]:

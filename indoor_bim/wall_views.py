@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from indoor_bim.export.files import replace_file
 from indoor_bim.model import Storey, Wall
 from indoor_bim.plan.brightness import with_brightness
+from indoor_bim.plan.recess import rays_at_recess, recess_depth
 from indoor_bim.plan.relief import Relief, level_faces
 from indoor_bim.plan.scanner_path import path_periods, sensor_positions
 from indoor_bim.plan.wall_image import png_bytes, wall_image
@@ -128,6 +129,31 @@ def wall_views(
         yield WallView(
             wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), scatter, tolerance, through_depth, blind
         )
+
+
+def recessed(view: WallView) -> Iterator[WallView]:
+    """What the scan shows of the recesses of a wall, from either side.
+
+    Parameters
+    ----------
+    view : WallView
+        What it shows of the wall.
+
+    Yields
+    ------
+    WallView
+        The same wall with the bottom of a recess for its face.
+    """
+    for side in (1, -1):
+        rays = view.rays.take(view.rays.side == side)
+        depth = recess_depth(rays, tolerance=view.tolerance)
+        if depth is None or depth > view.through_depth - view.tolerance:
+            continue
+        box = replace(view.box, thickness=max(view.box.thickness - depth, view.tolerance))
+        inside = rays_at_recess(rays, depth=depth, thickness=view.box.thickness)
+        through_depth = view.through_depth - depth
+        picture = draw_picture(box, inside, tolerance=view.tolerance, through_depth=through_depth, cell=view.picture.cell)
+        yield replace(view, box=box, rays=inside, picture=picture, relief=(), through_depth=through_depth)
 
 
 def _is_timed(trajectory: Floats, gps_time: Floats) -> bool:

@@ -219,6 +219,23 @@ def test_furniture_under_a_window_does_not_make_it_a_door():
     assert [o.kind for o in openings(measured)] == ["window"]
 
 
+def test_a_window_between_pilasters_is_found():
+    pilasters = [Screen(0.0, 2.6, 0.0, HEIGHT, 0.12), Screen(5.6, 6.0, 0.0, HEIGHT, 0.12)]
+    measured = scan([WINDOW], screens=pilasters, sides=(1,))
+    wall = measured.storey.walls[0]
+    outer = replace(wall, axis=((0.0, 0.07), (LENGTH, 0.07)), thickness=0.30, thickness_measured=False)
+    (window,) = openings(replace(measured, storey=replace(measured.storey, walls=(outer,))))
+    assert window.kind == "window"
+    assert sides(window) == pytest.approx((WINDOW.start, WINDOW.end, WINDOW.bottom, WINDOW.top), abs=0.01)
+
+
+def test_the_edge_of_a_stair_is_no_jamb():
+    measured = scan([Hole(1.0, 3.0, 0.9, HEIGHT)], sides=(1,))
+    assert [o.kind for o in openings(measured)] == ["window"]
+    steps = [Hole(3.0 + 0.15 * k, 3.15 + 0.15 * k, 0.9 + 0.17 * k, HEIGHT) for k in range(10)]
+    assert openings(scan([Hole(1.0, 3.0, 0.9, HEIGHT), *steps], sides=(1,))) == ()
+
+
 def test_drift_of_the_scanner_does_not_make_openings(both):
     drift = 0.03 * np.sin(both.gps_time / 4.0)
     points = both.points + np.column_stack([np.zeros_like(drift), drift, np.zeros_like(drift)])

@@ -23,6 +23,9 @@ END_SLACK = 0.02  # metres: what the ends of a wall are known to
 RIM = 0.03  # metres above the floor and below the ceiling: hits there may not be on the wall
 AGREEMENT = 0.02  # metres between the views of an edge from either side
 REVEAL_SHARE = 0.3  # of the tolerance
+STEP_ALONG = 0.10  # metres of an edge that are looked at together
+BEYOND = (0.03, 0.10)  # metres beyond an edge: no pier is narrower
+MOST_RAGGED = 0.35  # share of an edge that may be open beyond it: those of stairs and rails are not straight
 ENOUGH = 10  # hits or rays on either side
 OUTWARD = {"start": -1, "end": 1, "bottom": -1, "top": 1}
 
@@ -164,10 +167,22 @@ def _views(place: float, outward: int, band: tuple[float, float], where: Traces,
         low, high = fewest_wrong(hole, face[clear])
         split = (low + high) / 2
         beyond = face > split
-        if beyond.sum() >= ENOUGH:
+        along = _share_open(face - split, face_across[mine], hole - split, open_across[entered], band)
+        if beyond.sum() >= ENOUGH and along <= MOST_RAGGED:
             brightness = None if where.face_brightness is None else where.face_brightness[mine][beyond]
             views.append(_View(split, high - low, face[beyond] - split, where.face_depth[mine][beyond], brightness))
     return views
+
+
+def _share_open(face: Floats, face_across: Floats, hole: Floats, hole_across: Floats, band: tuple[float, float]) -> float:
+    """Share of an edge that rays went in close beyond, of what is known of it."""
+    steps = max(round((band[1] - band[0]) / STEP_ALONG), 1)
+    counts = []
+    for distance, across in ((face, face_across), (hole, hole_across)):
+        close = across[(distance > BEYOND[0]) & (distance < BEYOND[1])]
+        counts.append(np.histogram(close, steps, band)[0])
+    known = counts[0] + counts[1] >= 2
+    return float((counts[1] > counts[0])[known].mean()) if known.any() else 0.0
 
 
 def _joined(place: float, outward: int, views: list[_View]) -> Edge:
