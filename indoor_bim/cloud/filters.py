@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import open3d as o3d
 
 ROUNDING = 1e-9
-MOST_BLOCKS = 2.0**60
+MOST_CELLS = 2.0**60
 FEW_POINTS = 20_000
 """So many points are searched by tree, sooner than the compiled search is loaded."""
 
@@ -61,9 +61,9 @@ def grid_radius_outlier_removal(pcd: Any, nb_points: int, radius: float, print_p
 
     Notes
     -----
-    Remote Sensing 2021, 13, 4930, section 2.2 (grid radius outlier removal). Points of a cell whose diagonal is shorter than the
-    radius are all neighbours of each other: a cell with more than `nb_points` points is kept without a distance. Distances are
-    taken for the sparse cells only, to points of the cells around, until there are enough neighbours. The tensor class of Open3D
+    Remote Sensing 2021, 13, 4930, section 2.2 (grid radius outlier removal). All neighbours of a point lie in its cell of the grid or
+    in one that touches it: where these hold too few points, no distance is taken; elsewhere only until there are enough neighbours.
+    The tensor class of Open3D
     counts the point itself; this function does not, whichever class it is given.
 
     Examples
@@ -169,7 +169,7 @@ def radius_inliers(points: NDArray[np.float64], *, nb_points: int, radius: float
         return radius_inliers_by_tree(points, nb_points=nb_points, radius=radius)
     extent, largest = float((high - low).max()), float(np.abs([low, high]).max())
     rounding = max(ROUNDING, 16 * np.finfo(np.float64).eps * (extent + largest) / radius)
-    if rounding > 0.01 or np.prod((high - low) / radius * 0.5 + 4) >= MOST_BLOCKS or len(points) >= 2**32:
+    if rounding > 0.01 or np.prod((high - low) / radius + 4) >= MOST_CELLS or len(points) >= 2**32:
         return radius_inliers_by_tree(points, nb_points=nb_points, radius=radius)
     return count_within(points, low=low, high=high, more_than=nb_points, radius=radius, rounding=rounding)
 

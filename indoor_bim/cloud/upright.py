@@ -91,7 +91,7 @@ def _fit_levels(points: Floats, vertical: Floats) -> Floats:
     level = _level_normals(moved(points, turn), steepest=6).centre
     if len(level) < 4:
         return vertical
-    slope = np.zeros(2)
+    slope: Floats = np.zeros(2)
     for width in (0.25, 0.15, 0.10, 0.06, 0.05, 0.05):
         height = level[:, 2] - level[:, :2] @ slope
         peaks = np.array(height_peaks(height, share=0.05))
@@ -105,7 +105,7 @@ def _fit_levels(points: Floats, vertical: Floats) -> Floats:
         a = (weight[:, None] * centred[:, :2]).T @ centred[:, :2]
         if np.linalg.eigvalsh(a)[0] < 1e-6:
             return vertical
-        slope = np.linalg.solve(a, (weight[:, None] * centred[:, :2]).T @ centred[:, 2])
+        slope = np.asarray(np.linalg.solve(a, (weight[:, None] * centred[:, :2]).T @ centred[:, 2]), dtype=np.float64)
     up = np.array([-slope[0], -slope[1], 1.0])
     back: Floats = turn.T @ (up / np.linalg.norm(up))
     return back
