@@ -154,15 +154,22 @@ def slope_stages(
 def _points_between(levelled: LevelledCloud) -> tuple[Points, float, float]:
     """Wall points between floor and ceiling of the lowest storey, height of its floor, and its height."""
     z = levelled.points[:, 2]
-    floor, ceiling = levelled.storeys[0].floor, levelled.storeys[0].ceiling
-    low = floor if floor is not None else float(np.quantile(z, 0.005))
-    high = ceiling if ceiling is not None else float(np.quantile(z, 0.995))
-    between = levelled.points[(levelled.part == WALL) & (z > low) & (z < high)]
+    low, height = lowest_storey(levelled)
+    between = levelled.points[(levelled.part == WALL) & (z > low) & (z < low + height)]
     if len(between) < 100:
         raise NothingToReconstructError(
             f"found {len(between)} points between floor and ceiling of {len(z)} points; expected walls: scan them too"
         )
-    return between, low, high - low
+    return between, low, height
+
+
+def lowest_storey(levelled: LevelledCloud) -> tuple[float, float]:
+    """Height of the floor of the lowest storey and its clear height, metres; up to the outermost points where one was not seen."""
+    z = levelled.points[:, 2]
+    floor, ceiling = levelled.storeys[0].floor, levelled.storeys[0].ceiling
+    low = floor if floor is not None else float(np.quantile(z, 0.005))
+    high = ceiling if ceiling is not None else float(np.quantile(z, 0.995))
+    return low, high - low
 
 
 def _clean_image(image: Raster) -> Raster:

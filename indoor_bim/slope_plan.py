@@ -2,36 +2,51 @@
 
 from __future__ import annotations
 
-import numpy as np
-
-from indoor_bim.cloud.cloud import WALL, LevelledCloud
+from indoor_bim.cloud.cloud import FLOOR, WALL, LevelledCloud
+from indoor_bim.cloud.spacing import point_spacing
 from indoor_bim.plan.alignment import share_lines
 from indoor_bim.plan.back_to_back import turn_back_to_back
 from indoor_bim.plan.curtains import draw_curtains
-from indoor_bim.plan.raster import Raster, count_raster
-from indoor_bim.plan.segments import Segments
-from indoor_bim.plan.selection import wall_like
+from indoor_bim.plan.raster import count_raster
+from indoor_bim.plan.selection import seen_in_parts, typical_coverage, wall_like, walls_in_line
 from indoor_bim.plan.storey_plan import StoreyPlan
+from indoor_bim.plan.wall_stretches import columns_of, wall_share, wall_stretches
+from indoor_bim.slope import SlopeStages, lowest_storey
 
 HORIZONTAL_CELL = 0.02
 """Side of the pixels that points of floor and ceiling are counted in, metres."""
+FULL_WALL = 0.7
+"""Share of its columns in which a face is a wall, whatever its height in the middle."""
+LONGEST_FURNITURE = 3.0
+"""Metres; cupboards side by side may be as high as walls."""
+LEAST_REACH = 0.03
+"""Distance within which points belong to a face at least, metres."""
+ON_ONE_LINE = 0.03
+"""Faces that are no farther apart than this, or than the points of the scan, are on one line, metres."""
 
 
-def slope_plan(levelled: LevelledCloud, faces: Segments, *, free: Raster) -> StoreyPlan:
+def slope_plan(levelled: LevelledCloud, lines: SlopeStages) -> StoreyPlan:
     """Plan of the lowest storey from all faces that the method found.
 
     Parameters
     ----------
     levelled : LevelledCloud
         The levelled scan.
-    faces : Segments
-        Faces, as `indoor_bim.slope.slope_segments` gives them, metres.
-    free : Raster
-        Where floor or ceiling was seen.
+    lines : SlopeStages
+        What the method found.
     """
     level = levelled.storeys[0]
-    height = (level.ceiling or float(np.nanmax(faces.top))) - (level.floor or 0.0)
-    faces = faces.take(wall_like(faces, storey_height=height))
+    low, height = lowest_storey(levelled)
+    tolerance = max(ON_ONE_LINE, point_spacing(lines.walls))
+    floor = levelled.points[levelled.part == FLOOR, :2]
+    columns = columns_of(lines.segments, lines.walls - [0, 0, low], floor, reach=max(2 * lines.image.cell, LEAST_REACH), height=height)
+    sparse = seen_in_parts(lines.segments, storey_height=height)
+    known = wall_like(lines.segments, storey_height=height) | (
+        ~sparse & (wall_share(columns) >= FULL_WALL) & (lines.segments.length > LONGEST_FURNITURE)
+    )
+    walls = wall_stretches(lines.segments, columns, known=known, doubtful=sparse)
+    usual = typical_coverage(lines.segments, storey_height=height)
+    walls = walls_in_line(walls, lines.segments.take(~known), typical_coverage=usual, tolerance=tolerance)
     horizontal = count_raster(levelled.points[levelled.part != WALL, :2], cell=HORIZONTAL_CELL)
-    faces = share_lines(draw_curtains(turn_back_to_back(faces, horizontal)))
-    return StoreyPlan(faces, level.floor, level.ceiling, seen=free, warnings=levelled.warnings)
+    faces = share_lines(draw_curtains(turn_back_to_back(walls, horizontal)), tolerance=tolerance)
+    return StoreyPlan(faces, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)

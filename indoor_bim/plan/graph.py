@@ -18,6 +18,7 @@ Floats = NDArray[np.float64]
 End = Literal["start", "end", "path"]
 
 STEP_COS = np.cos(np.radians(5.0))  # walls that go on after a step differ less than this in direction
+CRACK = 0.10  # metres between walls beside each other that does not open a room
 MEETING_SINE = np.sin(np.radians(12.0))  # axes that differ less than this in direction do not meet
 
 
@@ -46,7 +47,7 @@ def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tu
         Slack for what the scan did not see of the corner, metres.
     far_snap : float
         Slack for ends that meet nothing within `snap`, such as corners behind cupboards, metres. No wall is prolonged by more
-        than its own length.
+        than its own length to a corner; a step is closed over as much.
 
     Returns
     -------
@@ -65,7 +66,7 @@ def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tu
         if found is not None:
             (p if e == 0 else q)[a] = found[1]
         else:
-            (p if e == 0 else q)[a] = _closed_step(walls, a, e, widest=2 * snap)
+            (p if e == 0 else q)[a] = _closed_step(walls, a, e, widest=max(2 * snap, far_snap), crack=CRACK if far_snap > snap else 0.0)
     turned = ((q - p) * walls.direction).sum(axis=1) <= 0.02
     p[turned], q[turned] = walls.p[turned], walls.q[turned]
     moved = replace(walls, p=p, q=q)
@@ -211,7 +212,7 @@ def _choose(walls: Walls, a: int, end: int, *, snap: float, outwards: bool = Fal
     return int(rows[best]), tip + move[best] * out
 
 
-def _closed_step(walls: Walls, a: int, end: int, *, widest: float) -> Floats:
+def _closed_step(walls: Walls, a: int, end: int, *, widest: float, crack: float) -> Floats:
     """End of a wall, moved up to a wall that goes on beside its line: the two overlap across, so they touch."""
     d, n = walls.direction, walls.normal[a]
     tip = walls.q[a] if end else walls.p[a]
@@ -219,7 +220,7 @@ def _closed_step(walls: Walls, a: int, end: int, *, widest: float) -> Floats:
     ends = np.stack([walls.p - tip, walls.q - tip])
     gap = (ends @ out).min(axis=0)
     aside = np.abs(ends @ n).min(axis=0)
-    goes_on = (np.abs(d @ d[a]) > STEP_COS) & (gap > 0) & (gap <= widest) & (aside < (walls.thickness + walls.thickness[a]) / 2)
+    goes_on = (np.abs(d @ d[a]) > STEP_COS) & (gap > 0) & (gap <= widest) & (aside < (walls.thickness + walls.thickness[a]) / 2 + crack)
     goes_on[a] = False
     moved: Floats = tip + (gap[goes_on].min() if goes_on.any() else 0.0) * out
     return moved

@@ -21,6 +21,7 @@ INNER_THICKNESS = 0.20  # metres, where a building shows not a single wall from 
 OUTER_THICKNESS = 0.30  # metres, as the far face of an outer wall is hardly ever seen from inside
 TOUCHING = 0.05  # metres between stretches that are one
 SHORTEST_OVERLAP = 0.10  # metres that two faces share at least to be one wall
+LEAST_SHARED = 0.025  # of the longer of two lines: what is shorter says nothing about all of it
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -220,7 +221,7 @@ def _opposite(chains: FaceChains, i: int, *, min_thickness: float, max_thickness
             lo, hi = ends @ chains.direction[i]
             for u, v in chains.extents[i]:
                 lo_, hi_ = max(lo, u), min(hi, v)
-                if hi_ - lo_ < SHORTEST_OVERLAP:
+                if hi_ - lo_ < max(SHORTEST_OVERLAP, LEAST_SHARED * max(hi - lo, v - u)):
                     continue
                 depth = -(ends @ chains.normal[i])
                 share = ((lo_ + hi_) / 2 - lo) / max(hi - lo, 1e-9)
