@@ -142,3 +142,37 @@ def test_noisy_scan_is_levelled(rng, tilt, azimuth):
     points = box_points(rng, 9.0, 7.0, 0.0, 3.0, count=400_000, noise=0.025)
     up = upright(thin(points @ turn.T)) @ turn[:, 2]
     assert np.degrees(np.arccos(min(up[2], 1.0))) < 0.05
+
+
+def plate(rng, low, high, height, *, spacing=0.02, noise=0.005):
+    """Points on a level rectangle."""
+    (x0, y0), (x1, y1) = low, high
+    count = int((x1 - x0) * (y1 - y0) / spacing**2)
+    return np.column_stack([rng.uniform(x0, x1, count), rng.uniform(y0, y1, count), rng.normal(height, noise, count)])
+
+
+def test_thinly_scanned_floor_is_found_below_tables(rng):
+    """The scanner looked at tables and ceiling, and only now and then at the floor."""
+    room = [plate(rng, (0, 0), (12, 8), 2.6), box_points(rng, 12.0, 8.0, 0.0, 2.6, sides="xXyY")]
+    tables = [plate(rng, (x, 1), (x + 1.6, 2.4), 0.75) for x in (1, 4, 7, 10)]
+    floor = plate(rng, (0, 3), (12, 8), 0.0, spacing=0.16)
+    (storey,) = storey_levels(thin(np.vstack([*room, *tables, floor])))
+    assert storey.floor == pytest.approx(0.0, abs=0.004)
+    assert storey.ceiling == pytest.approx(2.6, abs=0.002)
+
+
+def test_floor_between_desks_that_hide_most_of_it(rng):
+    desks = [plate(rng, (x, y), (x + 1.8, y + 1.8), 0.74) for x in np.arange(0.3, 11, 2.4) for y in np.arange(0.3, 7, 2.4)]
+    gaps = [plate(rng, (x + 1.8, 0), (x + 2.4, 8), 0.0) for x in np.arange(0.3, 11, 2.4)]
+    room = [plate(rng, (0, 0), (12, 8), 2.6), box_points(rng, 12.0, 8.0, 0.0, 2.6, sides="xXyY")]
+    (storey,) = storey_levels(thin(np.vstack([*room, *desks, *gaps])))
+    assert storey.floor == pytest.approx(0.0, abs=0.003)
+
+
+def test_podium_beside_the_floor_is_no_furniture(rng):
+    """The larger of two halves of a storey is its floor, even 0.6 m above the other."""
+    low, high = plate(rng, (0, 0), (4, 6), 0.0), plate(rng, (4, 0), (12, 6), 0.6)
+    (storey,) = storey_levels(
+        thin(np.vstack([low, high, plate(rng, (0, 0), (12, 6), 3.0), box_points(rng, 12.0, 6.0, 0.0, 3.0, sides="xXyY")]))
+    )
+    assert storey.floor == pytest.approx(0.6, abs=0.003)
