@@ -135,7 +135,7 @@ def wall_stretches(
         length = float(faces.length[k])
         side = length / len(columns[k].wall)
         standing = ~columns[k].passage if known[k] else columns[k].wall
-        places = [(i * side, (i + 1) * side) for i in np.flatnonzero(standing)]
+        places: list[Interval] = [(i * side, (i + 1) * side) for i in np.flatnonzero(standing).tolist()]
         if known[k]:
             spans = _up_to_the_ends(merge_intervals(places, gap=widest), length, widest)
             spans = spans if len(spans) == 1 else [span for span in spans if span[1] - span[0] >= shortest]
