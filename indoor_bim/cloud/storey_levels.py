@@ -20,6 +20,7 @@ _WIDE = 2 * CELL
 _MIN_CLEAR_HEIGHT = 1.8
 _LOWEST_TABLE = 0.4
 _HIGHEST_TABLE = 1.2
+_AROUND = 4  # columns
 _MIN_STOREY_AREA = 2.0
 
 
@@ -92,8 +93,10 @@ class _Bottom:
         lower = self.floor - other.floor
         if not _LOWEST_TABLE < lower < _HIGHEST_TABLE or len(other.columns) < 0.1 * len(self.columns):
             return False
-        around = np.abs(self.columns[:, None] - other.columns).max(axis=2).min(axis=1) <= 4
-        return bool(around.mean() > 0.7)
+        from scipy.spatial import cKDTree
+
+        distance, _ = cKDTree(other.columns).query(self.columns, p=np.inf, distance_upper_bound=_AROUND + 0.5)
+        return bool((distance <= _AROUND).mean() > 0.7)
 
 
 def _quarters(points: Floats, flat: Patches) -> tuple[Floats, Floats]:
