@@ -123,6 +123,17 @@ def test_a_closed_leaf_two_centimetres_off_the_face_is_a_door(made):
     assert door.confidence <= 0.5
 
 
+@pytest.mark.parametrize("turn", [0.03, -0.03])
+def test_a_closed_door_is_found_in_a_wall_that_was_drawn_askew(turn):
+    closed = Hole(2.0, 3.8, 0.0, 2.1, depth=0.06, depth_right=0.0)
+    measured = scan([closed], sides=(1,))
+    dy = LENGTH / 2 * np.tan(turn)
+    wall = replace(measured.storey.walls[0], axis=((0.0, -dy), (LENGTH, dy)), thickness_measured=False)
+    (door,) = openings(replace(measured, storey=replace(measured.storey, walls=(wall,))), frame=0.0)
+    assert door.kind == "door"
+    assert sides(door) == pytest.approx((closed.start, closed.end, closed.bottom, closed.top), abs=0.02)
+
+
 def test_a_frame_in_the_plane_of_the_wall_has_the_given_width():
     closed = replace(DOOR, depth=0.08, depth_right=0.08)
     (plain,) = openings(scan([closed]), frame=0.0)

@@ -13,6 +13,11 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 FACE_REACH = 0.10  # metres: hits farther from the mean place of a face tell nothing about where it is
+TURN_STEP, TURN_LAG = 0.05, 6  # metres along a face, and steps between the places of a pair
+ENOUGH_PAIRS = 10
+FLATTER = 1.3  # times more hits together on a face that is turned back
+TOGETHER = 0.02  # metres
+LEAST_TURN = 0.01  # metres per metre: faces that are turned by less have been squared
 ENOUGH_HITS = 40  # to place a face for one period
 STEEP = 0.20  # cosine: rays closer to the face than this do not tell where they met it
 QUANTUM = 2.0**-14  # metres: depths are counted in it, so that sums do not depend on the order
@@ -42,7 +47,8 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
     """Rays with depths from where each face was at that time, the scatter of the hits, and the relief of the faces.
 
     A walking scanner's positions drift by centimetres, and a reconstructed face is off by a few millimetres. The depth of a hit is
-    taken for the sum of an offset of its period and of the relief of its cell; both are found by turns, as means over the other.
+    taken for the sum of an offset of its period and of the relief of its cell; both are found by turns, as means over the other. A
+    face that was reconstructed askew, because a large leaf lies behind it, is turned back first.
 
     Parameters
     ----------
@@ -72,6 +78,10 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
         hits = np.flatnonzero(here & (np.abs(depth) < FACE_REACH) & (rays.slant > STEEP))
         if not len(hits):
             continue
+        turn = _turn(rays.along_end[hits].astype(np.float64), depth[hits])
+        turned = depth - turn * (rays.along - np.median(rays.along_end[hits]))
+        if abs(turn) > LEAST_TURN and _most_together(turned[hits]) > FLATTER * _most_together(depth[hits]):
+            depth[here] = turned[here]
         hits = hits[np.abs(depth[hits] - _mode(depth[hits])) < FACE_REACH / 2]
         names, number = np.unique(rays.period[hits], return_inverse=True)
         place = row[hits] * shape[1] + column[hits]
@@ -92,6 +102,21 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
     return replace(rays, depth=depth.astype(np.float32)), scatter, tuple(reliefs)
 
 
+def _turn(along: Floats, depth: Floats) -> float:
+    """Change of depth along a face, metres per metre: the median over pairs of places, which no leaf or recess changes."""
+    order = np.lexsort((depth, along))
+    column = np.floor((along[order] - along[order[0]]) / TURN_STEP).astype(np.int64)
+    first = np.flatnonzero(np.diff(column, prepend=-1))
+    total, count = np.add.reduceat(depth[order], first), np.diff(first, append=len(order))
+    full = count >= ENOUGH_HITS
+    name, mean = column[first][full], (total / count)[full]
+    partner = np.searchsorted(name, name + TURN_LAG)
+    paired = np.flatnonzero((partner < len(name)) & (name[np.minimum(partner, len(name) - 1)] == name + TURN_LAG))
+    if len(paired) < ENOUGH_PAIRS:
+        return 0.0
+    return float(np.median(mean[partner[paired]] - mean[paired])) / (TURN_LAG * TURN_STEP)
+
+
 def _additive(total: Floats, count: Ints, period: Ints, place: Ints, places: int) -> tuple[Floats, Floats]:
     """Offsets of periods and of places whose sums are nearest to the mean of each pair."""
     per_period = np.bincount(period, weights=count)
@@ -108,9 +133,15 @@ def _additive(total: Floats, count: Ints, period: Ints, place: Ints, places: int
     return offset, face
 
 
+def _most_together(values: Floats) -> int:
+    """Most values in an interval of 2 cm."""
+    ordered = np.sort(values)
+    return int((np.searchsorted(ordered, ordered + TOGETHER, side="right") - np.arange(len(ordered))).max())
+
+
 def _mode(values: Floats) -> float:
     """Middle of the 2 cm interval that holds most values."""
     ordered = np.sort(values)
-    count = np.searchsorted(ordered, ordered + 0.02, side="right") - np.arange(len(ordered))
+    count = np.searchsorted(ordered, ordered + TOGETHER, side="right") - np.arange(len(ordered))
     best = int(np.argmax(count))
     return float(ordered[best + count[best] // 2])
