@@ -14,6 +14,14 @@ Ints = NDArray[np.int64]
 
 CLEARANCE = 0.06
 """Nearest that wall points come to the surface overhead, metres."""
+REACH = 2
+"""Strips across that are taken together."""
+BLUR = 0.015
+"""Standard deviation of the smoothing across, metres."""
+APART = 0.04
+"""Least distance between the faces of one side, metres."""
+FEW_POINTS = 20_000
+"""So many points are taken by numpy and scipy, sooner than the compiled loops are loaded."""
 LEAST_EVIDENCE = 0.35
 """Share of the column below the ceiling that a wall fills at least."""
 
@@ -81,7 +89,7 @@ class Sweep:
     strips: Strips
     masks: NDArray[np.uint32]
     crest: NDArray[np.bool_]
-    evidence: Floats
+    evidence: NDArray[np.floating]
 
 
 def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -> Sweep:
@@ -101,35 +109,46 @@ def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -
     Sweep
         Bit k of ``masks[side, u, v]`` is set where height layer k was hit from that side (0: from the left of the direction).
     """
-    along = np.array([np.cos(angle), np.sin(angle)])
-    left = np.array([-along[1], along[0]])
-    u, v = points.xy @ along, points.xy @ left
-    low = np.array(
-        [
-            np.floor(u.min() / strips.along) * strips.along - 5 * strips.along,
-            np.floor(v.min() / strips.across) * strips.across - 10 * strips.across,
-        ]
-    )
-    iu = ((u - low[0]) / strips.along).astype(np.int64)
-    iv = ((v - low[1]) / strips.across).astype(np.int64)
-    shape = (2, int(iu.max()) + 6, int(iv.max()) + 11)
-    layer = height_layers(points, strips)
-    masks = np.zeros(shape[0] * shape[1] * shape[2], dtype=np.uint32)
-    cell = iu * shape[2] + iv
-    sides = [np.arange(len(u))] * 2
-    if points.sensor is not None:
-        from_left = (points.sensor - points.xy) @ left > 0
-        sides = [np.flatnonzero(from_left), np.flatnonzero(~from_left)]
-    for side, rows in enumerate(sides):
-        keys = np.unique((cell[rows] + side * shape[1] * shape[2]) * strips.layers + layer[rows])
-        np.bitwise_or.at(masks, keys // strips.layers, np.uint32(1) << (keys % strips.layers).astype(np.uint32))
-    masks = masks.reshape(shape)
-    evidence = _wall_evidence(masks, strips)
-    crest = _crests(masks, strips) & (evidence >= LEAST_EVIDENCE)
+    cosine, sine = float(np.cos(angle)), float(np.sin(angle))
+    if len(points) <= FEW_POINTS:
+        low, masks = strip_masks(points, cosine, sine, strips)
+        evidence, crest = wall_evidence(masks, strips), crests(masks, strips)
+    else:
+        from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many, masks_of_many
+
+        low, masks = masks_of_many(points, cosine, sine, strips)
+        evidence, crest = evidence_of_many(masks, strips), crests_of_many(masks, strips)
+    crest &= evidence >= LEAST_EVIDENCE
     return Sweep(angle, low, strips, masks, crest, np.where(_widen(crest, 1), evidence, 0))
 
 
-def _wall_evidence(masks: NDArray[np.uint32], strips: Strips, *, reach: int = 2) -> Floats:
+def lower_corner(u: float, v: float, strips: Strips) -> Floats:
+    """Lower corner of the strips whose points begin at (u, v), with a margin, metres."""
+    return np.array(
+        [np.floor(u / strips.along) * strips.along - 5 * strips.along, np.floor(v / strips.across) * strips.across - 10 * strips.across]
+    )
+
+
+def strip_masks(points: WallPoints, cosine: float, sine: float, strips: Strips) -> tuple[Floats, NDArray[np.uint32]]:
+    """Lower corner (2,) and hit layers (2, u, v) of the strips along a direction."""
+    x, y = points.xy.T
+    u, v = x * cosine + y * sine, x * -sine + y * cosine
+    low = lower_corner(u.min(), v.min(), strips)
+    iu = ((u - low[0]) / strips.along).astype(np.int64)
+    iv = ((v - low[1]) / strips.across).astype(np.int64)
+    shape = (2, int(iu.max()) + 6, int(iv.max()) + 11)
+    bit = np.uint32(1) << height_layers(points, strips).astype(np.uint32)
+    masks = np.zeros(shape, dtype=np.uint32)
+    from_left = from_right = np.ones(len(u), dtype=bool)
+    if points.sensor is not None:
+        from_left = (points.sensor[:, 0] - x) * -sine + (points.sensor[:, 1] - y) * cosine > 0
+        from_right = ~from_left
+    for side, rows in enumerate((from_left, from_right)):
+        np.bitwise_or.at(masks[side], (iu[rows], iv[rows]), bit[rows])
+    return low, masks
+
+
+def wall_evidence(masks: NDArray[np.uint32], strips: Strips, *, reach: int = REACH) -> NDArray[np.floating]:
     """Share of the band of height layers that is hit, per strip; what only crosses the direction is left out."""
     from scipy import ndimage
 
@@ -137,33 +156,33 @@ def _wall_evidence(masks: NDArray[np.uint32], strips: Strips, *, reach: int = 2)
     for k in range(1, reach + 1):
         joined[:, :, k:] |= masks[:, :, :-k]
         joined[:, :, :-k] |= masks[:, :, k:]
-    best = _filled(joined, strips)
+    best = filled_share(joined, strips)
     along = ndimage.uniform_filter1d(best, 7, axis=1)
     across = ndimage.uniform_filter1d(best, round(7 * strips.along / strips.across), axis=2)
     near = joined.copy()
     near[:, 1:] |= joined[:, :-1]
     near[:, :-1] |= joined[:, 1:]
     tall = np.bitwise_count(near & layer_bits(strips.tall)).astype(np.float32) / (strips.tall[1] - strips.tall[0])
-    thinly = np.where(tall >= 0.6, _filled(near, strips), 0)
+    thinly = np.where(tall >= 0.6, filled_share(near, strips), 0)
     thinly[ndimage.uniform_filter1d(thinly, 15, axis=1) < 0.5] = 0
     best[across > np.maximum(along, 0.3)] = 0
     thinly[ndimage.uniform_filter1d(thinly, round(7 * strips.along / strips.across), axis=2) > 0.5] = 0
     best = np.maximum(best, thinly)
-    smooth: Floats = ndimage.median_filter(best, size=(1, 5, 1))
+    smooth: NDArray[np.floating] = ndimage.median_filter(best, size=(1, 5, 1))
     return smooth
 
 
-def _crests(masks: NDArray[np.uint32], strips: Strips, *, apart: float = 0.04) -> NDArray[np.bool_]:
+def crests(masks: NDArray[np.uint32], strips: Strips, *, apart: float = APART) -> NDArray[np.bool_]:
     """Strips where more of the column is hit than in any other within `apart` metres across."""
     from scipy import ndimage
 
     layers = 0.1 * np.bitwise_count(masks).astype(np.float32) + np.bitwise_count(masks & layer_bits(strips.band))
-    density = ndimage.uniform_filter1d(ndimage.gaussian_filter1d(layers, 0.015 / strips.across, axis=2, truncate=3), 5, axis=1)
+    density = ndimage.uniform_filter1d(ndimage.gaussian_filter1d(layers, BLUR / strips.across, axis=2, truncate=3), 5, axis=1)
     crest: NDArray[np.bool_] = density >= ndimage.maximum_filter1d(density, 2 * round(apart / strips.across) + 1, axis=2)
     return crest
 
 
-def _filled(masks: NDArray[np.uint32], strips: Strips) -> Floats:
+def filled_share(masks: NDArray[np.uint32], strips: Strips) -> Floats:
     """Share of a band of height layers that is hit; the layers below it count as well."""
     share = np.bitwise_count(masks & layer_bits(strips.band)).astype(np.float32) / (strips.band[1] - strips.band[0])
     if strips.below is not None:

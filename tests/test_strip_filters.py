@@ -1,0 +1,40 @@
+"""Strips of many points, beside their twins in numpy and scipy: the same to the bit."""
+
+import numpy as np
+import pytest
+
+from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many, masks_of_many
+from indoor_bim.plan.strips import BELOW_CEILING, FAR, FEW_POINTS, THIN, WHOLE_COLUMN, crests, strip_masks, sweep, wall_evidence
+
+
+def wall_points(*, sided, count=40_000, seed=0):
+    """A room of 4 m by 3 m, points on its walls up to the ceiling, on furniture and nowhere in particular."""
+    rng = np.random.default_rng(seed)
+    t, side, noise = rng.random(count), rng.integers(0, 4, count), rng.normal(0, 0.008, count)
+    x = np.choose(side, [4 * t, 4 + noise, 4 * t, noise])
+    y = np.choose(side, [noise, 3 * t, 3 + noise, 3 * t])
+    height = rng.random(count) * 2.44
+    stray = rng.random(count) < 0.1
+    x[stray], y[stray] = rng.uniform(-0.3, 4.3, stray.sum()), rng.uniform(-0.3, 3.3, stray.sum())
+    xy = np.round(np.column_stack([x, y]), 2 if seed else 9)
+    return WallPoints(xy, height / 2.5, 2.5 - height, np.tile([2.0, 1.5], (count, 1)) if sided else None)
+
+
+@pytest.mark.parametrize("strips", [BELOW_CEILING, WHOLE_COLUMN, THIN, FAR])
+@pytest.mark.parametrize(("angle", "sided", "seed"), [(0.0, True, 0), (np.pi / 2, False, 1), (0.3, True, 2)])
+def test_many_points_give_what_their_twins_give(strips, angle, sided, seed):
+    points = wall_points(sided=sided, seed=seed)
+    assert len(points) > FEW_POINTS
+    low, masks = strip_masks(points, np.cos(angle), np.sin(angle), strips)
+    many_low, many_masks = masks_of_many(points, np.cos(angle), np.sin(angle), strips)
+    assert np.array_equal(many_low, low)
+    assert np.array_equal(many_masks, masks)
+    evidence, crest = wall_evidence(masks, strips), crests(masks, strips)
+    assert np.array_equal(evidence_of_many(masks, strips), evidence)
+    assert np.array_equal(crests_of_many(masks, strips), crest)
+    swept = sweep(points, angle, strips=strips)
+    assert np.array_equal(swept.masks, masks)
+    assert (swept.evidence <= evidence).all()
+    if angle == 0.0:
+        assert (swept.evidence > 0.35).sum() > 20
