@@ -83,14 +83,13 @@ def cut_into_cells(p: Floats, q: Floats) -> Cells:
 
 def cell_image(polygons: NDArray, template: Raster) -> NDArray[np.int64]:
     """Number of the cell under every pixel of a raster, -1 where there is none."""
-    from skimage.draw import polygon as fill
+    from indoor_bim.plan.polygon_fill import fill
 
     image = np.full(template.image.shape, -1, dtype=np.int64)
     for number in np.argsort([-polygon.area for polygon in polygons], kind="stable"):
         polygon = polygons[number]
         xy = (np.asarray(polygon.exterior.coords) - template.origin) / template.cell - 0.5
-        rows, columns = fill(xy[:, 1], xy[:, 0], image.shape)  # type: ignore[no-untyped-call]
-        image[rows, columns] = number
+        fill(xy, number, image)
     return image
 
 
