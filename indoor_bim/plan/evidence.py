@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
+FEW_POINTS = 20_000
+"""So many points are taken by numpy, sooner than the compiled loops are loaded."""
 _COARSE = 0.20
 _LAYER = 0.10
 _MIN_HEADROOM = 1.8
@@ -125,8 +127,27 @@ def fill_nearest(raster: Raster) -> Raster:
 
 def clamp_sample(raster: Raster, xy: Floats) -> NDArray:
     """Values (n,) of a raster under points (n, 2); points outside take the value at the border."""
+    if len(xy) > FEW_POINTS:
+        from indoor_bim.plan.raster_loops import look_up
+
+        values = np.zeros(len(xy))
+        look_up(xy, np.ascontiguousarray(raster.image, dtype=np.float64), *map(float, raster.origin), raster.cell, values)
+        return values
     rc = np.clip(raster.pixel(xy), 0, np.array(raster.image.shape) - 1)
     return raster.image[rc[:, 0], rc[:, 1]]
+
+
+def towards_scanner(xy: Floats, sensor: Floats, step: float) -> Floats:
+    """Spots (n, 2) a step from points (n, 2) towards the scanner (n, 2 or 3), metres."""
+    if len(xy) > FEW_POINTS:
+        from indoor_bim.plan.raster_loops import step_towards
+
+        spots = np.zeros((len(xy), 2))
+        step_towards(xy, sensor, step, spots)
+        return spots
+    towards = sensor[:, :2] - xy
+    nearer: Floats = xy + step * towards / np.maximum(np.hypot(*towards.T), 1e-9)[:, None]
+    return nearer
 
 
 def wall_points(
@@ -150,10 +171,7 @@ def wall_points(
         The overhead height is looked up this far towards the scanner, metres.
     """
     xy = points[:, :2]
-    spot = xy
-    if sensor is not None:
-        towards = sensor[:, :2] - xy
-        spot = xy + step * towards / np.maximum(np.hypot(*towards.T), 1e-9)[:, None]
+    spot = xy if sensor is None else towards_scanner(xy, sensor, step)
     height = clamp_sample(overhead, spot)
     slack = tolerance + clamp_sample(_relief(overhead), spot)
     keep = (points[:, 2] < height - slack) & (points[:, 2] > floor + tolerance) & (height > floor + 0.5)
@@ -174,6 +192,11 @@ def hit_raster(xy: Floats, *, low: Floats, high: Floats, cell: float) -> Raster:
     """True in every cell that holds a point (n, 2)."""
     shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
     raster = Raster(np.zeros(shape, dtype=bool), low, cell)
+    if len(xy) > FEW_POINTS:
+        from indoor_bim.plan.raster_loops import mark
+
+        mark(xy, float(low[0]), float(low[1]), cell, raster.image)
+        return raster
     rc = raster.pixel(xy)
     rc = rc[((rc >= 0) & (rc < shape)).all(axis=1)]
     raster.image[rc[:, 0], rc[:, 1]] = True
@@ -226,17 +249,27 @@ def overhead_hits(
     slack = tolerance + clamp_sample(_relief(overhead), points[:, :2])
     hit = np.abs(points[:, 2] - clamp_sample(overhead, points[:, :2])) < slack
     raster = hit_raster(points[hit, :2], low=low, high=high, cell=cell)
-    shape = raster.image.shape
-    upper = wall.rise > 0.75
-    rc = raster.pixel(wall.xy[upper])
-    layer = np.clip((wall.rise[upper] * 24).astype(np.int64), 0, 23)
-    ok = ((rc >= 0) & (rc < shape)).all(axis=1)
-    keys = np.unique((rc[ok, 0] * shape[1] + rc[ok, 1]) * 24 + layer[ok]) // 24
-    column = np.bincount(keys, minlength=raster.image.size).reshape(shape) >= 2
+    column = np.bitwise_count(upper_layers(wall, raster)) >= 2
     column = ndimage.binary_dilation(column, np.ones((3, 3)))
     seen = raster.image.astype(np.float32)
     seen[column] = 0
     return Raster(seen, low, cell), local_density(seen, ~column, cell=cell, reach=reach), column
+
+
+def upper_layers(wall: WallPoints, raster: Raster, *, above: float = 0.75, layers: int = 24) -> NDArray[np.uint32]:
+    """Height layers hit in each pixel of a raster by points high on the walls, as bits."""
+    masks = np.zeros(raster.image.shape, dtype=np.uint32)
+    if len(wall) > FEW_POINTS:
+        from indoor_bim.plan.raster_loops import set_layers
+
+        set_layers(wall.xy, wall.rise, above, layers, float(raster.origin[0]), float(raster.origin[1]), raster.cell, masks)
+        return masks
+    upper = wall.rise > above
+    rc = raster.pixel(wall.xy[upper])
+    layer = np.clip((wall.rise[upper] * layers).astype(np.int64), 0, layers - 1)
+    ok = ((rc >= 0) & (rc < masks.shape)).all(axis=1)
+    np.bitwise_or.at(masks, (rc[ok, 0], rc[ok, 1]), np.uint32(1) << layer[ok].astype(np.uint32))
+    return masks
 
 
 def covered(
@@ -337,7 +370,8 @@ def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near:
     mask = ndimage.binary_opening(ndimage.binary_closing(np.pad(coarse, 3), np.ones((5, 5))), np.ones((5, 5)))
     cell = seen.cell * step
     p, q = lines.ends(0.3)
-    walls = shapely.union_all(shapely.linestrings(np.stack([p, q], axis=1))).buffer(near) if len(p) else shapely.Polygon()
+    walls = shapely.linestrings(np.stack([p, q], axis=1))
+    tree = shapely.STRtree(walls)
     found = []
     for contour in find_contours(mask.astype(np.float64), 0.5):  # type: ignore[no-untyped-call]
         ring = approximate_polygon(contour, 1.2)  # type: ignore[no-untyped-call]
@@ -350,7 +384,9 @@ def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near:
             axis = int(abs((b - a)[1]) > abs((b - a)[0]))
             a, b = a.copy(), b.copy()
             a[1 - axis] = b[1 - axis] = (a[1 - axis] + b[1 - axis]) / 2
-            if shapely.LineString([a, b]).intersection(walls).length < 0.5 * length:
+            border = shapely.LineString([a, b])
+            beside = walls[tree.query(border, predicate="dwithin", distance=near)]
+            if border.intersection(shapely.union_all(shapely.buffer(beside, near))).length < 0.5 * length:
                 d = (b - a) / length
                 middle = (a + b) / 2
                 left = middle + 0.2 * np.array([-d[1], d[0]])

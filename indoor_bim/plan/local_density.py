@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.evidence import WallPoints, clamp_sample
+from indoor_bim.plan.evidence import WallPoints, clamp_sample, towards_scanner
 from indoor_bim.plan.raster import Raster
 
 Bools = NDArray[np.bool_]
@@ -39,17 +39,17 @@ def thinly_scanned(points: WallPoints, overhead: Raster, *, sparse: float, cell:
 
     if not len(points):
         return np.zeros(0, dtype=bool)
-    columns = np.floor(points.xy / cell).astype(np.int64)
-    columns -= columns.min(axis=0)
-    shape = columns.max(axis=0) + 1
+    columns = [np.floor(values / cell).astype(np.int64) for values in points.xy.T]
+    columns = [column - column.min() for column in columns]
+    shape = [int(column.max()) + 1 for column in columns]
     quarter = np.zeros(len(points), dtype=np.int64)
     spot = points.xy
     if points.sensor is not None:
-        towards = points.sensor - points.xy
-        x, y = towards.T
-        quarter = 2 * (np.abs(x) > np.abs(y)) + np.where(np.abs(x) > np.abs(y), x > 0, y > 0)
-        spot = spot + step * towards / np.maximum(np.hypot(x, y), 1e-9)[:, None]
-    key = (quarter * shape[0] + columns[:, 0]) * shape[1] + columns[:, 1]
-    count = np.bincount(key[points.depth < cell], minlength=4 * int(shape.prod())).reshape(4, *shape)
+        x, y = (points.sensor[:, k] - points.xy[:, k] for k in range(2))
+        crosswise = np.abs(x) > np.abs(y)
+        quarter = 2 * crosswise + np.where(crosswise, x > 0, y > 0)
+        spot = towards_scanner(points.xy, points.sensor, step)
+    key = (quarter * shape[0] + columns[0]) * shape[1] + columns[1]
+    count = np.bincount(key[points.depth < cell], minlength=4 * shape[0] * shape[1]).reshape(4, *shape)
     few: Bools = ndimage.maximum_filter(count, size=(1, 3, 3)).ravel()[key] < sparse * cell**2
     return few & (clamp_sample(overhead, spot) < sparse)

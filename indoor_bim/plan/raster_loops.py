@@ -1,0 +1,54 @@
+"""Points on rasters: the compiled inner loops of `evidence`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from indoor_bim.compiled import compiled
+
+_points = types.Array(types.float64, 2, "A", readonly=True)
+_values = types.Array(types.float64, 1, "A", readonly=True)
+_image, _place = types.Array(types.float64, 2, "C", readonly=True), (types.float64, types.float64, types.float64)
+_out, _spots = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
+_hit, _masks = types.Array(types.bool_, 2, "C"), types.Array(types.uint32, 2, "C")
+
+
+@compiled(_points, _image, *_place, _out)
+def look_up(xy, image, x0, y0, cell, out):  # type: ignore[no-untyped-def]
+    """Values of the pixels under points; points outside take the value at the border."""
+    rows, columns = image.shape
+    for n in range(len(xy)):
+        column, row = int(np.floor((xy[n, 0] - x0) / cell)), int(np.floor((xy[n, 1] - y0) / cell))
+        out[n] = image[min(max(row, 0), rows - 1), min(max(column, 0), columns - 1)]
+
+
+@compiled(_points, *_place, _hit)
+def mark(xy, x0, y0, cell, image):  # type: ignore[no-untyped-def]
+    """Mark the pixels that hold a point."""
+    rows, columns = image.shape
+    for n in range(len(xy)):
+        column, row = int(np.floor((xy[n, 0] - x0) / cell)), int(np.floor((xy[n, 1] - y0) / cell))
+        if row >= 0 and row < rows and column >= 0 and column < columns:
+            image[row, column] = True
+
+
+@compiled(_points, _values, types.float64, types.int64, *_place, _masks)
+def set_layers(xy, rise, least, layers, x0, y0, cell, masks):  # type: ignore[no-untyped-def]
+    """Set the bit of its height layer in the pixel of each point above a share of the height."""
+    rows, columns = masks.shape
+    for n in range(len(xy)):
+        if not rise[n] > least:
+            continue
+        column, row = int(np.floor((xy[n, 0] - x0) / cell)), int(np.floor((xy[n, 1] - y0) / cell))
+        if row >= 0 and row < rows and column >= 0 and column < columns:
+            masks[row, column] |= np.uint32(1) << np.uint32(min(max(int(rise[n] * layers), 0), layers - 1))
+
+
+@compiled(_points, _points, types.float64, _spots)
+def step_towards(xy, sensor, step, out):  # type: ignore[no-untyped-def]
+    """Spots a step from points towards the scanner."""
+    for n in range(len(xy)):
+        x, y = sensor[n, 0] - xy[n, 0], sensor[n, 1] - xy[n, 1]
+        far = max(np.hypot(x, y), 1e-9)
+        out[n, 0], out[n, 1] = xy[n, 0] + step * x / far, xy[n, 1] + step * y / far

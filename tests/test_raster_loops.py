@@ -1,0 +1,50 @@
+"""Points on rasters: many at once give what few at a time do."""
+
+import numpy as np
+import pytest
+
+from indoor_bim.plan import evidence as ev
+from indoor_bim.plan.raster import Raster
+
+
+@pytest.fixture
+def xy():
+    return np.random.default_rng(0).uniform(-2, 12, (2 * ev.FEW_POINTS, 2))
+
+
+def in_parts(function, *arrays):
+    return np.concatenate(
+        [function(*(values[k : k + ev.FEW_POINTS] for values in arrays)) for k in range(0, len(arrays[0]), ev.FEW_POINTS)]
+    )
+
+
+def test_values_under_points(xy):
+    raster = Raster(np.random.default_rng(1).random((30, 40)), np.array([0.5, -0.5]), 0.2)
+    assert np.array_equal(ev.clamp_sample(raster, xy), in_parts(lambda part: ev.clamp_sample(raster, part), xy))
+
+
+def test_spots_towards_the_scanner(xy):
+    sensor = np.random.default_rng(2).uniform(0, 10, (len(xy), 3))
+    sensor[0, :2] = xy[0]
+    spots = ev.towards_scanner(xy, sensor, 0.3)
+    np.testing.assert_allclose(spots, in_parts(lambda *part: ev.towards_scanner(*part, 0.3), xy, sensor), rtol=0, atol=1e-12)
+    assert np.array_equal(spots[0], xy[0])
+
+
+def test_pixels_that_are_hit(xy):
+    grid = {"low": np.array([0.0, 0.0]), "high": np.array([10.0, 9.0]), "cell": 0.1}
+    parts = [ev.hit_raster(xy[k::2], **grid).image for k in range(2)]
+    whole = ev.hit_raster(xy, **grid).image
+    assert np.array_equal(whole, parts[0] | parts[1])
+    assert 0.3 < whole.mean() < 1
+
+
+def test_layers_that_are_hit(xy):
+    rise = np.random.default_rng(3).uniform(0.5, 1.1, len(xy))
+    raster = Raster(np.zeros((20, 30)), np.array([0.0, 0.0]), 0.3)
+    points = ev.WallPoints(xy, rise, 1 - rise, None)
+    parts = [ev.upper_layers(points.take(slice(k, None, 2)), raster) for k in range(2)]
+    whole = ev.upper_layers(points, raster)
+    assert np.array_equal(whole, parts[0] | parts[1])
+    assert whole.max() >> 18
+    assert not (whole & 0x1FFFF).any()
