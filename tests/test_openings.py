@@ -213,6 +213,16 @@ def test_without_the_path_openings_are_found_by_their_reveals(both):
     assert max(door.confidence, window.confidence) <= 0.6
 
 
+def test_the_floor_in_a_wall_shows_a_door_without_reveals(both):
+    x, y, z = both.points.T
+    in_wall = np.abs(y) < 0.098
+    floor = replace(both, points=both.points[~in_wall | (z < 0.01) & (np.abs(x - 1.66) < 0.45)], gps_time=None)
+    (door,) = openings(floor, trajectory=None, gps_time=None, frame=0.0)
+    assert sides(door) == pytest.approx((DOOR.start, DOOR.end, DOOR.bottom, DOOR.top), abs=0.02)
+    hidden = replace(both, points=both.points[~in_wall], gps_time=None)
+    assert openings(hidden, trajectory=None, gps_time=None) == ()
+
+
 def test_a_path_without_times_is_no_path(both):
     timeless = both.trajectory.copy()
     timeless[:, 0] = np.nan

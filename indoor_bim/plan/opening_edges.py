@@ -114,7 +114,7 @@ class Edge:
     frame: float
 
 
-def place_edges(hole: Hole, where: Traces) -> dict[str, Edge]:
+def place_edges(hole: Hole, where: Traces, *, empty: bool = False) -> dict[str, Edge]:
     """Edges of a hole: start, end, bottom and top.
 
     Each lies where the fewest hits are on its wrong side; a frame that stands before or behind the face there is part of the
@@ -126,15 +126,17 @@ def place_edges(hole: Hole, where: Traces) -> dict[str, Edge]:
         Rectangle to the nearest cell.
     where : Traces
         Rays at the wall.
+    empty : bool
+        True where it is known that the hole is one, though nothing in it was hit: its edges are then where the hits on the face end.
     """
     inset_x, inset_z = min(0.1, hole.width / 4), min(0.1, hole.height / 4)
     band_z = (hole.bottom + inset_z, hole.top - inset_z)
     band_x = (hole.start + inset_x, hole.end - inset_x)
     views = {
-        "start": _views(hole.start, -1, band_z, where, upright=True),
-        "end": _views(hole.end, 1, band_z, where, upright=True),
-        "bottom": _views(hole.bottom, -1, band_x, where, upright=False),
-        "top": _views(hole.top, 1, band_x, where, upright=False),
+        "start": _views(hole.start, -1, band_z, where, upright=True, empty=empty),
+        "end": _views(hole.end, 1, band_z, where, upright=True, empty=empty),
+        "bottom": _views(hole.bottom, -1, band_x, where, upright=False, empty=empty),
+        "top": _views(hole.top, 1, band_x, where, upright=False, empty=empty),
     }
     place = {"start": hole.start, "end": hole.end, "bottom": hole.bottom, "top": hole.top}
     return {name: _joined(place[name], OUTWARD[name], seen) for name, seen in views.items()}
@@ -151,7 +153,7 @@ class _View:
     brightness: Floats | None
 
 
-def _views(place: float, outward: int, band: tuple[float, float], where: Traces, *, upright: bool) -> list[_View]:
+def _views(place: float, outward: int, band: tuple[float, float], where: Traces, *, upright: bool, empty: bool) -> list[_View]:
     """One edge as each side shows it."""
     face_across, face_along = (where.face_up, where.face_along) if upright else (where.face_along, where.face_up)
     open_across, open_along = (where.open_up, where.open_along) if upright else (where.open_along, where.open_up)
@@ -162,9 +164,9 @@ def _views(place: float, outward: int, band: tuple[float, float], where: Traces,
         mine, entered = near & (where.face_side == side), inside & (where.open_side == side)
         face, clear = (face_along[mine] - place) * outward, where.face_clear[mine]
         hole = (open_along[entered] - place) * outward
-        if clear.sum() < ENOUGH or len(hole) < ENOUGH:
+        if clear.sum() < ENOUGH or (len(hole) < ENOUGH and not empty):
             continue
-        low, high = fewest_wrong(hole, face[clear])
+        low, high = fewest_wrong(hole, face[clear]) if len(hole) >= ENOUGH else end_of_hits(face[clear])
         split = (low + high) / 2
         beyond = face > split
         along = _share_open(face - split, face_across[mine], hole - split, open_across[entered], band)
@@ -231,6 +233,33 @@ def fewest_wrong(inside: Floats, outside: Floats) -> tuple[float, float]:
     runs = np.split(best, np.flatnonzero(np.diff(best) > 1) + 1)
     begin, end = max(((cuts[run[0]], cuts[run[-1] + 1]) for run in runs), key=lambda gap: gap[1] - gap[0])
     return float(begin), float(end)
+
+
+def end_of_hits(values: Floats) -> tuple[float, float]:
+    """Threshold above which values are dense and below which they are stray: the likeliest for two even densities.
+
+    Parameters
+    ----------
+    values : (n,) float64
+        Values.
+
+    Returns
+    -------
+    low, high : float
+        The values on either side of it.
+
+    Examples
+    --------
+    >>> end_of_hits(np.array([-9.0, 1.0, 1.1, 1.2, 1.3, 1.4, 1.5]))
+    (-9.0, 1.0)
+    """
+    ordered = np.sort(values)
+    below = np.arange(1, len(ordered) - 1)
+    above = len(ordered) - below
+    length = (ordered[below] - ordered[0], ordered[-1] - ordered[below])
+    likelihood = sum(n * np.log(n / np.maximum(d, 1e-6)) for n, d in zip((below, above), length, strict=True))
+    best = int(np.argmax(likelihood)) + 1
+    return float(ordered[best - 1]), float(ordered[best])
 
 
 def frame_width(distance: Floats, depth: Floats, *, smallest_step: float = FRAME_STEP) -> float:

@@ -130,7 +130,8 @@ def name_opening(
     FoundOpening or None
         None for a niche, a gap, or too little evidence.
     """
-    edges = place_edges(hole, where)
+    threshold = blind and _shows_threshold(hole, around, thickness=wall.thickness)
+    edges = place_edges(hole, where, empty=threshold)
     start, end = max(edges["start"].place, 0.0), min(edges["end"].place, wall.length)
     top = min(edges["top"].place, wall.height)
     if start < NARROWEST_PIER or end > wall.length - NARROWEST_PIER:
@@ -163,7 +164,7 @@ def name_opening(
         empty = both_rooms and not (blind or closed or leaves or framed)
         if width > max_door_width or top > max_door_height or (to_ceiling and not leaves and not closed):
             pane = _has_pane(hole, rays, tolerance=tolerance, thickness=wall.thickness)
-            kind = "window" if (glass or pane) and width > max_door_width and not was_walked else "opening"
+            kind = "window" if (glass or pane) and width > max_door_width and not (was_walked or threshold) else "opening"
         else:
             kind = "opening" if empty else "door"
     else:
@@ -227,6 +228,15 @@ def _low_sill(start: float, end: float, rays: WallRays, *, tolerance: float, thi
     hits = np.searchsorted(above, above + SILL_BAND, side="right") - np.arange(len(above))
     first = int(np.argmax(hits))
     return float(np.median(above[first : first + hits[first]]))
+
+
+def _shows_threshold(hole: Hole, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
+    """True where the floor goes on through the wall below a hole."""
+    along, across, up = around
+    on_floor = (np.abs(up) < LOWEST_SILL) & (along > hole.start) & (along < hole.end) & (np.abs(across) < thickness / 2 - LEAF_SPREAD)
+    columns = max(round(hole.width / HIDING_COLUMN), 1)
+    halves = [np.histogram(along[on_floor & side], columns, (hole.start, hole.end))[0] > 0 for side in (across > 0, across <= 0)]
+    return float(np.mean(halves[0] & halves[1])) > 0.5
 
 
 def _is_framed(edges: dict[str, Edge], *, to_ceiling: bool, to_floor: bool) -> bool:
