@@ -17,7 +17,7 @@ from indoor_bim.plan.built_in import without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.face_support import measure
-from indoor_bim.plan.free_space import cell_space, extent, free_space, roofed
+from indoor_bim.plan.free_space import cell_space, extent, free_space, in_front, roofed, usual_density
 from indoor_bim.plan.line_ends import end_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
 from indoor_bim.plan.loose_faces import loose_faces
@@ -106,13 +106,15 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     wall[(border >= 0) & (border < len(firm[0]))] = 0.7
     hidden = hidden_wall(cells, faces, lines.direction, empty=(of_cells.hit < 0.1) & (of_cells.inside < 0))
     wall[hidden] = np.maximum(wall[hidden], 0.6)
-    room = label_cells(cells, inside=of_cells.inside, wall=wall)
-    outlines = tuple(room_outlines(cells, room, faces, spanned=of_cells.spanned, min_closed=0.4 if overhead is not None else 0.25))
+    looked_through = in_front(cells, edge_evidence(cells, lines, sweeps, afar=False))
+    room = label_cells(cells, inside=of_cells.inside + looked_through, wall=wall)
+    closed = room_outlines(cells, room, faces, spanned=of_cells.spanned, min_closed=0.4 if overhead is not None else 0.25)
+    outlines = tuple(outline for outline in closed if overhead is None or usual_density(outline.polygon, space) > AFAR)
     outlines = _behind_built_ins(outlines, folded_lines(lines))
     loose = None
     if overhead is not None:
-        closed = shapely.union_all([outline.polygon for outline in outlines])
-        loose = loose_faces(lines, sweeps, closed, roofed(space), points, sensor, low=floor, high=storey.ceiling or top)
+        rooms = shapely.union_all([outline.polygon for outline in outlines])
+        loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=storey.ceiling or top)
     plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=storey.ceiling, seen=space.glimpsed)
     return AutoStages(lines, cells, room, wall, of_cells.inside, space.raster(space.ceiling), outlines, plan)
 

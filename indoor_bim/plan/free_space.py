@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import shapely
 from numpy.typing import NDArray
 
 from indoor_bim.plan import evidence as ev
@@ -143,7 +144,7 @@ def extent(overhead: Raster | None, sample: Floats, *, floor: float, top: float,
     first = hits.min(axis=0)
     hit = np.zeros(hits.max(axis=0) - first + 1, dtype=np.float32)
     hit[tuple((hits - first).T)] = 1
-    wide = (hit > 0) & (9 * ndimage.uniform_filter(hit, 3, mode="constant") > 3.5)
+    wide = (hit > 0) & (9 * ndimage.uniform_filter(hit, 3, mode="constant") > 4.5)
     spots = np.vstack([spots, np.argwhere(wide) + first, np.argwhere(wide) + first + 1.0])
     return spots.min(axis=0) - margin, spots.max(axis=0) + margin
 
@@ -201,6 +202,34 @@ def cell_space(cells: Cells, space: FreeSpace) -> CellSpace:
     hit = total(space.hit.image) / np.maximum(np.bincount(label, minlength=count), 1)
     spanned = (share > 0.3) & (total(sure) * space.cell**2 > 0.3 * area)
     return CellSpace(evidence * space.cell**2 - 0.1 * area, spanned, hit)
+
+
+def in_front(cells: Cells, faces: Floats, *, depth: float = 0.60, most: float = 0.5) -> Floats:
+    """Square metres in each cell that lie right in front of faces: whoever saw a face looked through them.
+
+    Parameters
+    ----------
+    cells : Cells
+        Arrangement.
+    faces : (e,) float64
+        Share of each edge where a face looking to its left was seen.
+    depth : float
+        Depth in front of a face that counts, metres.
+    most : float
+        Share of a cell's area that counts at most.
+    """
+    length = np.hypot(*(cells.edge_end - cells.edge_start).T)
+    front = np.bincount(cells.left[cells.left >= 0], (depth * faces * length)[cells.left >= 0], minlength=len(cells.polygons))
+    return np.minimum(front, most * np.array([polygon.area for polygon in cells.polygons]))
+
+
+def usual_density(polygon: shapely.Polygon, space: FreeSpace) -> float:
+    """Median density of floor or ceiling, whichever is denser, where either was hit in a polygon; points per square metre, 0 for none."""
+    first, last = space.hit.pixel(np.array(polygon.bounds).reshape(2, 2))
+    rows, columns = np.meshgrid(np.arange(first[0], last[0] + 1, 4), np.arange(first[1], last[1] + 1, 4), indexing="ij")
+    centres = space.hit.centre(np.column_stack([rows.ravel(), columns.ravel()]))
+    density = space.raster(np.maximum(space.ceiling_density, space.floor_density)).sample(centres[shapely.contains_xy(polygon, *centres.T)])
+    return float(np.median(density[density > 0])) / space.cell**2 if (density > 0).any() else 0.0
 
 
 def roofed(space: FreeSpace, *, coarse: float = 0.5, share: float = 0.2) -> Raster:

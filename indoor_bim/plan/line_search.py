@@ -126,7 +126,7 @@ def folded_lines(lines: FaceLines, *, times: float = 1.4) -> NDArray[np.bool_]:
     return folded
 
 
-def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float, end: float) -> Floats:
+def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float, end: float, *, afar: bool = True) -> Floats:
     """Best wall evidence along a line in the sweeps of about its direction, one value every 10 cm.
 
     Parameters
@@ -139,14 +139,17 @@ def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float,
         Sweeps of all lines.
     start, end : float
         Extent along the line, metres.
+    afar : bool
+        Also what was only seen from afar.
     """
     angle, offset = float(lines.angle[row]), float(lines.offset[row])
     own = sweeps[lines.family[row]].angle
-    best: Floats = np.maximum.reduce([evidence_along(s, angle, offset, start, end) for s in sweeps if s.angle == own])
+    shown = [s for s in sweeps if s.angle == own and (afar or s.strips is not FAR)]
+    best: Floats = np.maximum.reduce([evidence_along(s, angle, offset, start, end) for s in shown])
     return best
 
 
-def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> Floats:
+def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep], *, afar: bool = True) -> Floats:
     """Share of each edge where the face of its line was seen.
 
     Parameters
@@ -157,6 +160,8 @@ def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> Floats
         Lines that it was made from, in their order.
     sweeps : list of Sweep
         Sweeps of all lines.
+    afar : bool
+        Also what was only seen from afar.
 
     Returns
     -------
@@ -169,7 +174,7 @@ def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> Floats
         if not len(rows):
             continue
         start, end = float(lines.start[line]) - REACH, float(lines.end[line]) + REACH
-        profile = np.clip((line_evidence(lines, line, sweeps, start, end) - 0.15) / 0.5, 0, 1)
+        profile = np.clip((line_evidence(lines, line, sweeps, start, end, afar=afar) - 0.15) / 0.5, 0, 1)
         at = np.linspace(start, end, len(profile) + 1)
         total = np.concatenate([[0.0], np.cumsum(profile)]) * (end - start) / len(profile)
         u0, u1 = cells.edge_start[rows] @ lines.direction[line], cells.edge_end[rows] @ lines.direction[line]

@@ -162,8 +162,10 @@ def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float 
     return new[0], new[1]
 
 
-def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, high: float, near: float = 0.06) -> NDArray[np.bool_]:
-    """Pieces that stopped at least half as many rays as went on through them: what only a mirror shows lets rays pass.
+def opaque(
+    p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, high: float, near: float = 0.06, walls: float = 3.0
+) -> NDArray[np.bool_]:
+    """Pieces that stopped nearly all rays that came to them: what only a mirror shows lets rays pass.
 
     Parameters
     ----------
@@ -177,6 +179,8 @@ def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, h
         Heights between which rays count, metres.
     near : float
         Points this close to a piece were stopped by it, metres.
+    walls : float
+        Rays that a wall with windows stops for each that goes through.
 
     Returns
     -------
@@ -186,10 +190,10 @@ def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, h
     Examples
     --------
     >>> p, q = np.array([[2.0, 3.0]]), np.array([[0.0, 3.0]])
-    >>> hits = np.array([[0.5, 3.0, 1.0], [1.5, 3.01, 1.0], [1.0, 5.0, 1.0]])
-    >>> opaque(p, q, hits, np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5).tolist()
+    >>> hits = np.array([[0.5, 3.0, 1.0], [1.5, 3.01, 1.0], [0.9, 2.99, 1.2], [1.0, 5.0, 1.0]])
+    >>> opaque(p, q, hits, np.tile([1.0, 0.0, 1.0], (4, 1)), low=0.0, high=2.5).tolist()
     [True]
-    >>> opaque(p, q, hits[[0, 2, 2, 2]], np.tile([1.0, 0.0, 1.0], (4, 1)), low=0.0, high=2.5).tolist()
+    >>> opaque(p, q, hits[[0, 1, 3]], np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5).tolist()
     [False]
     """
     keep = np.ones(len(p), dtype=bool)
@@ -204,7 +208,7 @@ def opaque(p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, h
         along = (spot[:, :2] - p[k]) @ d
         on = (along > 0) & (along < length[k]) & (spot[:, 2] > low) & (spot[:, 2] < high)
         stopped = np.count_nonzero(on & (behind[rows] > -near))
-        keep[k] = 2 * stopped >= np.count_nonzero(on) - stopped
+        keep[k] = stopped >= walls * (np.count_nonzero(on) - stopped)
     return keep
 
 
