@@ -17,15 +17,16 @@ from indoor_bim.cloud.cloud import WALL, LevelledCloud
 from indoor_bim.cloud.spacing import point_spacing
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan.back_to_back import turn_back_to_back
+from indoor_bim.plan.boxes import without_boxes
 from indoor_bim.plan.chi_square_merge import merge_lines
-from indoor_bim.plan.contour_completion import CLOSED, Contour, complete_contour
+from indoor_bim.plan.contour_completion import CLOSED, GAP, STEP, Contour, complete_contour
 from indoor_bim.plan.contour_rooms import contour_rooms
 from indoor_bim.plan.curtains import draw_curtains
 from indoor_bim.plan.doubles import without_doubles
 from indoor_bim.plan.facing import orient_by_free_space
-from indoor_bim.plan.full_height import share_at_ceiling, with_heights
+from indoor_bim.plan.full_height import ends_lower, share_at_ceiling, with_heights
 from indoor_bim.plan.image import remove_burrs, thicken
-from indoor_bim.plan.layer_image import LayerImage, layer_image
+from indoor_bim.plan.layer_image import STEP, LayerImage, layer_image
 from indoor_bim.plan.local_lines import draw_to_lines, line_like, wall_scatter
 from indoor_bim.plan.noise import line_distance, scanner_noise, scatter
 from indoor_bim.plan.polar_fit import PolarLines, fit_lines, point_covariance, project_ends
@@ -46,7 +47,6 @@ Ints = NDArray[np.int64]
 NO_RANGE_GATE = (
     "The range gate was skipped: it needs the time of every point and the path of the scanner, and the scan came without one of them."
 )
-import os; KEEP_ROOMS = bool(os.environ.get("KR"))
 SLACK = 0.05  # metres: points this close to floor or ceiling belong to them
 COVER_CELL, COVER_MARGIN = 0.20, 0.40  # metres: what has neither floor nor ceiling this close lies outside
 USUAL_HEIGHT = 2.5  # metres, where no ceiling was seen
@@ -55,9 +55,14 @@ POINTS_PER_PIXEL = 3.0  # along a wall: fewer, and the walls fall apart in the i
 NEIGHBOURHOOD = 3.0  # scatters of a wall: how far neighbours are looked at where walls are noisy
 MAP_SHARE = 0.5  # of the scatter of the points: how far whole stretches of wall are off
 SHORT = 0.60  # metres: shorter faces are walls only where they reach the ceiling and are parts of a contour
+CLOSED_SHARE = 0.9  # of the length of a contour: where so much of it is closed, what it encloses are the rooms
+FOLDED = 1.4  # times the usual scatter of a wall: curtains
+TELLING = 0.008  # metres: in scans that scatter more, folds do not tell curtains from walls
+ON_LINE = 4.0  # scatters: points farther from their line belong to something else
 SURE = 6.0  # reaches: shorter faces cannot be told from noise
-BELOW_CEILING = (0.075, 0.25)  # metres: depth of the band that every wall is in and no door, window or wardrobe
-AT_CEILING = 0.35  # share of a face right below the ceiling that makes it a wall
+BELOW_CEILING = (0.025, 0.20)  # metres: depth of the band that every wall is in and no door, window or wardrobe
+HITS_PER_STEP = 2.0  # of a wall in that band, on average
+AT_CEILING = 0.35  # share of a face right below the ceiling that makes it a wall; less where all of it is hit less often
 LEAST_COVERAGE = 0.12  # of a face from floor to ceiling: emptier are beams and what hangs from the ceiling
 
 
@@ -230,18 +235,28 @@ def slices_storey(
     segments = with_heights(line_segments(merged, free), image, height=height, reach=reach)
     if scanner is None:
         segments = turn_back_to_back(segments, count_raster(storey.points[storey.part != WALL, :2], cell=0.02))
-    contour = wall_contour(
-        segments, image, height=height, reach=reach, gap=closing_gap, ceiling=levelled.storeys[number].ceiling is not None
-    )
+    if levelled.storeys[number].ceiling is not None:
+        depth = SLACK + float(np.clip(max(4 * reach - SLACK, HITS_PER_STEP / STEP / max(evidence.density, 1e-9)), *BELOW_CEILING))
+        expected = 1 - (1 - segments.coverage) ** max((depth - SLACK) / image.layer, 1.0)
+        wall = share_at_ceiling(segments, points, height=height, reach=reach, depth=depth) >= np.minimum(AT_CEILING, expected / 2)
+        wall |= (segments.length < SHORT) & ~ends_lower(segments, image, height=height, reach=reach)
+        wall &= segments.coverage >= LEAST_COVERAGE
+    else:
+        wall = wall_like(segments, storey_height=height, least_length=0.0)
+    if not wall.any():
+        raise NothingToReconstructError(f"found no wall among {len(segments)} lines of the slices; expected walls from floor to ceiling")
+    contour = wall_contour(segments.take(wall), shortest=SURE * reach, gap=closing_gap)
     rooms, columns = contour_rooms(contour)
+    if contour.closed_share() < CLOSED_SHARE:
+        rooms = ()
     level = levelled.storeys[number]
     plan = StoreyPlan(
-        faces=with_gaps(contour),
+        faces=with_bridges(contour),
         floor=level.floor,
         ceiling=level.ceiling,
         seen=free,
-        rooms=rooms if KEEP_ROOMS else (),
-        room_levels=tuple((floor, floor + height) for _ in rooms) if KEEP_ROOMS else (),
+        rooms=rooms,
+        room_levels=tuple((floor, floor + height) for _ in rooms),
         columns=columns,
     )
     return SlicesStages(slices, pieces, merged, segments, contour, image, plan)
@@ -389,7 +404,7 @@ def line_sets(
         group = drop_small(np.where(group >= 0, 2 * group + left, -1), xy, **least)
         lines = fit_lines(xy, group, alike)
     covariance, spread = alike, 0.0
-    for _ in range(2):
+    for share in (1.0, 0.5, 0.25):  # ends of short faces hold points of their neighbours, which let go step by step
         offset = line_distance(xy, group, lines)
         spread = scatter(offset)
         if scanner is None:
@@ -397,7 +412,7 @@ def line_sets(
         else:
             found = scanner_noise(xy, scanner, group, lines)
             covariance = point_covariance(xy, scanner, range_noise=noise[0] or found[0], bearing_noise=noise[1] or found[1])
-        group = drop_small(np.where(np.abs(offset) <= max(distance, 3 * spread), group, -1), xy, **least)
+        group = drop_small(np.where(np.abs(offset) <= max(share * distance, ON_LINE * spread), group, -1), xy, **least)
         lines = fit_lines(xy, group, covariance)
     return SliceLines(xy, scanner, group, covariance, lines, spread, distance)
 
@@ -424,38 +439,21 @@ def line_segments(found: SliceLines, free: Raster) -> Segments:
     return replace(Segments.from_ends(p, q), sided=sided, support=support, rmse=rmse, covariance=lines.covariance)
 
 
-def wall_contour(segments: Segments, image: LayerImage, *, height: float, reach: float, gap: float, ceiling: bool = True) -> Contour:
-    """Completed contour of the segments that are walls: those that go up to the ceiling, or are tall and full where it was not seen (section 1.4.2).
+def wall_contour(walls: Segments, *, shortest: float, gap: float) -> Contour:
+    """Completed contour of faces that are walls, without doubles, curtains and loose ends (section 1.4.2).
 
     Parameters
     ----------
-    segments : Segments
-        Segments with coverage and top, metres.
-    image : LayerImage
-        Layers hit in plan.
-    height : float
-        From floor to ceiling, metres.
-    reach : float
-        Points within this distance of a face lie on it, metres.
+    walls : Segments
+        Faces that go up to the ceiling, metres.
+    shortest : float
+        Shorter faces cannot be told from noise, metres.
     gap : float
         Shorter gaps are closed, metres.
-    ceiling : bool
-        True where the ceiling was seen.
-
-    Raises
-    ------
-    NothingToReconstructError
-        If none is a wall.
     """
-    if ceiling:
-        depth = float(np.clip(6 * reach, *BELOW_CEILING))
-        wall = share_at_ceiling(segments, image, height=height, reach=reach, depth=depth) >= AT_CEILING
-        wall &= segments.coverage >= LEAST_COVERAGE
-    else:
-        wall = wall_like(segments, storey_height=height, least_length=0.0)
-    if not wall.any():
-        raise NothingToReconstructError(f"found no wall among {len(segments)} lines of the slices; expected walls from floor to ceiling")
-    faces = draw_curtains(without_doubles(segments.take(wall), shortest=SURE * reach))
+    faces = without_boxes(without_doubles(walls, shortest=shortest))
+    usual = float(np.average(faces.rmse, weights=faces.length))
+    faces = draw_curtains(faces, soft=(faces.rmse > FOLDED * usual) | (usual > TELLING))
     while True:
         contour = complete_contour(faces, gap=gap)
         goes_on = (contour.follows >= 0).all(axis=1) | (contour.kind == CLOSED).any(axis=1)
@@ -465,13 +463,13 @@ def wall_contour(segments: Segments, image: LayerImage, *, height: float, reach:
         faces = faces.take(~stub)
 
 
-def with_gaps(contour: Contour) -> Segments:
-    """Segments of a contour and, for each gap left for a door or window, a face without support: the wall goes on over and below it."""
-    gaps = contour.gaps()
-    ends = contour.place(gaps.ravel()).reshape(-1, 2, 2)
-    from_end = (gaps[:, 0] % 2 == 1)[:, None]
+def with_bridges(contour: Contour) -> Segments:
+    """Segments of a contour, and faces without support across its gaps and steps: the wall goes on over a door and below a window."""
+    pairs = np.concatenate([contour.pairs(GAP), contour.pairs(STEP)])
+    ends = contour.place(pairs.ravel()).reshape(-1, 2, 2)
+    from_end = (pairs[:, 0] % 2 == 1)[:, None]
     p, q = np.where(from_end, ends[:, 0], ends[:, 1]), np.where(from_end, ends[:, 1], ends[:, 0])
-    bridges = replace(Segments.from_ends(p, q), sided=contour.segments.sided[gaps // 2].all(axis=1))
+    bridges = replace(Segments.from_ends(p, q), sided=contour.segments.sided[pairs // 2].all(axis=1))
     return Segments(**{name: np.concatenate([getattr(part, name) for part in (contour.segments, bridges)]) for name in Segments.__slots__})
 
 

@@ -195,7 +195,10 @@ def _best_pairs(
     value = chi_square(lines.take(i).moved(origin), lines.take(j).moved(origin), sided=known[i] & known[j])
     good = value <= limit
     i, j, value, origin = i[good], j[good], value[good], origin[good]
-    good = _farthest_end(fitted.take(i).moved(origin), fitted.take(j).moved(origin), [x - origin for x in (p[i], q[i], p[j], q[j])]) <= farthest
+    good = (
+        _farthest_end(fitted.take(i).moved(origin), fitted.take(j).moved(origin), [x - origin for x in (p[i], q[i], p[j], q[j])])
+        <= farthest
+    )
     i, j, value = i[good], j[good], value[good]
     apart = _wall_ends_between(lines, p, q, i, j, usable)
     i, j, value = i[~apart], j[~apart], value[~apart]

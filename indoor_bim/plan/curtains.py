@@ -16,7 +16,9 @@ END_SLACK = 0.20  # metres that a curtain's end and the wall's visible end diffe
 LEAST_COVER = 0.6  # share of the gap in the wall that the curtain covers at least
 
 
-def draw_curtains(faces: Segments, *, depth: float = 0.15, offset_tolerance: float = 0.03) -> Segments:
+def draw_curtains(
+    faces: Segments, *, depth: float = 0.15, offset_tolerance: float = 0.03, soft: NDArray[np.bool_] | None = None
+) -> Segments:
     """Replace faces that hang close before a wall by the wall behind them.
 
     A face hangs before a wall when faces looking the same way go on at both of its ends, in one line with each other and no more
@@ -30,6 +32,8 @@ def draw_curtains(faces: Segments, *, depth: float = 0.15, offset_tolerance: flo
         Largest distance of a curtain from the wall, metres.
     offset_tolerance : float
         The two visible parts of the wall are in line within this, metres.
+    soft : (m,) bool, optional
+        Faces that may be curtains; None: all.
 
     Returns
     -------
@@ -40,6 +44,8 @@ def draw_curtains(faces: Segments, *, depth: float = 0.15, offset_tolerance: flo
     while changed:
         changed = False
         for c in np.lexsort((np.arange(len(out)), -np.round(out.length, 6))):
+            if soft is not None and not soft[c]:
+                continue
             sides = _wall_behind(out, int(c), depth=depth, offset_tolerance=offset_tolerance)
             if sides is not None:
                 out, changed = _replaced(out, int(c), *sides), True

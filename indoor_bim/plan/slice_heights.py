@@ -17,7 +17,7 @@ TOP_BAND, TOP_FILL = 0.30, 0.5  # metres below the ceiling, and share of its lay
 FLAT = 2  # layers: what is hit in neither of those so far above and below is level, such as the underside of a lintel
 CLEARANCE = 0.10  # metres above the floor and below the ceiling that are their own
 THINNEST = 0.02  # metres: thinner slices gain nothing
-POINTS_PER_METRE = 100  # of wall in plan and slice: what a line needs in order not to fall apart
+POINTS_PER_METRE = 200  # of wall in plan and slice: what a line needs in order not to fall apart
 
 
 @dataclass(frozen=True, slots=True)
