@@ -22,6 +22,7 @@ from indoor_bim.plan.line_ends import end_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
 from indoor_bim.plan.loose_faces import loose_faces
 from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.roof import ridge_height, roof_surface, under_the_eaves
 from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outlines
 from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
@@ -71,7 +72,9 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     top = storey.ceiling + 0.15 if storey.ceiling is not None else (above[0] - 0.1 if above else floor + 6.0)
     points = levelled.points
     sample = thin(points)
-    overhead = ev.overhead_surface(sample, floor=floor, top=top) if storey.ceiling is not None else None
+    pitched = storey.ceiling is None
+    overhead = roof_surface(sample, floor=floor, top=top) if pitched else ev.overhead_surface(sample, floor=floor, top=top)
+    ceiling = ridge_height(overhead) if pitched and overhead is not None else storey.ceiling
     if overhead is None and not ((sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)).any():
         raise NothingToReconstructError(_no_walls(len(levelled.points)))
     low, high = extent(overhead, sample, floor=floor, top=top)
@@ -79,7 +82,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     points = points[near]
     sensor = None if sensor is None else sensor[near]
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
-    wall_points = ev.wall_points(points, sensor, filled, floor=floor)
+    wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):
         raise NothingToReconstructError(_no_walls(len(levelled.points)))
     cover = (storey.ceiling if storey.ceiling is not None else floor + 2.0) - 0.06
@@ -114,8 +117,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     loose = None
     if overhead is not None:
         rooms = shapely.union_all([outline.polygon for outline in outlines])
-        loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=storey.ceiling or top)
-    plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=storey.ceiling, seen=space.glimpsed)
+        loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=ceiling or top)
+    plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, roof=overhead if pitched else None)
     return AutoStages(lines, cells, room, wall, of_cells.inside, space.raster(space.ceiling), outlines, plan)
 
 
@@ -145,6 +148,7 @@ def _plan(
     floor: float,
     ceiling: float | None,
     seen: Raster,
+    roof: Raster | None = None,
 ) -> StoreyPlan:
     """Plan of a storey: the sides of all rooms are its faces."""
     p, q = ([], []) if loose is None else (list(loose[0]), list(loose[1]))
@@ -158,6 +162,8 @@ def _plan(
     faces = measure(Segments.from_ends(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2)), points)
     if ceiling is None:
         faces = faces.take(faces.coverage > 0.3)
+    if roof is not None:
+        faces = faces.take(~under_the_eaves(faces.p, faces.q, roof, floor=floor))
     rooms = tuple(outline.polygon for outline in outlines)
     top = ceiling if ceiling is not None else floor + 2.5
     levels = tuple((floor, top) for _ in rooms)
