@@ -68,7 +68,7 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     with stages("lines") as keep:
         lines = slope_stages(levelled, **chosen.model_dump(exclude={"grid_count"}))
         keep(lines)
-    plan = slope_plan(levelled, lines.segments, free=lines.free)
+    plan = slope_plan(levelled, lines)
     with stages("walls") as keep:
         made = storey_from_plan(plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness, far_snap=1.5)
         keep(made)
@@ -126,6 +126,8 @@ def slices(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         Keeps every stage's product; "lines", "walls" and "openings" hold one product for each storey.
     """
     from indoor_bim.cloud.levels import level
+    from indoor_bim.gap_openings import with_gap_openings
+    from indoor_bim.openings import find_openings
     from indoor_bim.slices import slices_stages
 
     with stages("level") as keep:
@@ -135,6 +137,13 @@ def slices(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         found = slices_stages(levelled, gps_time=cloud.gps_time, **params.slices.model_dump())
         keep(found)
     storeys, warnings = _storeys([storey.plan for storey in found], params, stages, far_snap=1.5)
+    with stages("openings") as keep:
+        path, time, chosen = levelled.trajectory, cloud.gps_time, params.openings.model_dump()
+        storeys = [find_openings(storey, levelled.points, trajectory=path, gps_time=time, **chosen) for storey in storeys]
+        chosen.pop("frame")
+        gaps = {made.plan.floor or 0.0: made.gaps for made in found}
+        storeys = [with_gap_openings(storey, gaps[min(gaps, key=lambda z: abs(z - storey.elevation))], **chosen) for storey in storeys]
+        keep(storeys)
     return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
 
 

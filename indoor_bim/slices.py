@@ -20,6 +20,7 @@ from indoor_bim.plan.back_to_back import turn_back_to_back
 from indoor_bim.plan.boxes import without_boxes
 from indoor_bim.plan.chi_square_merge import merge_lines
 from indoor_bim.plan.contour_completion import CLOSED, GAP, STEP, Contour, complete_contour
+from indoor_bim.plan.contour_gaps import ContourGap, contour_gaps
 from indoor_bim.plan.contour_rooms import contour_rooms
 from indoor_bim.plan.curtains import draw_curtains
 from indoor_bim.plan.doubles import without_doubles
@@ -115,6 +116,8 @@ class SlicesStages:
         Completed contour of those that are walls.
     image : LayerImage
         Layers hit in plan.
+    gaps : tuple of ContourGap
+        Gaps of the contour at the heights of the slices: doors and windows, or what hides the wall.
     plan : StoreyPlan
         Plan of the storey.
     """
@@ -125,6 +128,7 @@ class SlicesStages:
     segments: Segments
     contour: Contour
     image: LayerImage
+    gaps: tuple[ContourGap, ...]
     plan: StoreyPlan
 
 
@@ -259,7 +263,8 @@ def slices_storey(
         room_levels=tuple((floor, floor + height) for _ in rooms),
         columns=columns,
     )
-    return SlicesStages(slices, pieces, merged, segments, contour, image, plan)
+    gaps = contour_gaps(plan.faces, image, slices, height=height, reach=reach, narrowest=max(closing_gap, STEP))
+    return SlicesStages(slices, pieces, merged, segments, contour, image, gaps, plan)
 
 
 def slices_stages(levelled: LevelledCloud, *, gps_time: Points | None = None, **parameters: Any) -> tuple[SlicesStages, ...]:
