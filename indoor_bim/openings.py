@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 DECIMALS = 4  # tenths of a millimetre
 DARK_WINDOW = 1.3  # times larger than what rays show of it
-WIDEST_FRAME = 0.2  # metres between the edge of a window and its panes; what is wider is a wall
+WIDEST_FRAME = 0.12  # metres between the edge of a window and its panes; what is wider is a wall
 SHALLOW_PROOF = 0.5  # confidence of a door that only a step of a centimetre or two shows
 AROUND_HOLE = 0.6  # metres on either side of a hole that are looked at
 
