@@ -18,11 +18,12 @@ from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_w
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.face_support import measure
 from indoor_bim.plan.free_space import cell_space, extent, free_space, in_front, roofed, usual_density
-from indoor_bim.plan.line_ends import end_cuts, prolong
+from indoor_bim.plan.line_ends import end_cuts, gap_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
 from indoor_bim.plan.loose_faces import loose_faces
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.roof import ridge_height, roof_surface, under_the_eaves
+from indoor_bim.plan.room_levels import room_levels
 from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outlines
 from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
@@ -96,8 +97,10 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     firm = ev.free_borders(dense.hit, lines)
     weak = ev.free_borders(dense.raster(dense.ceiling), lines) if overhead is not None else firm
     cut_p, cut_q = end_cuts(lines)
-    edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p]), np.vstack([firm[1], weak[1], cut_q])
+    joined, join_p, join_q = gap_cuts(lines)
+    edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p, join_p]), np.vstack([firm[1], weak[1], cut_q, join_q])
     start, end = prolong(lines)
+    start, end = np.minimum(start, joined.start), np.maximum(end, joined.end)
     p, q = replace(lines, start=start, end=end).ends()
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
     cells = cut_into_cells(np.vstack([p, edge_p, frame]), np.vstack([q, edge_q, np.roll(frame, -1, axis=0)]))
@@ -119,6 +122,11 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         rooms = shapely.union_all([outline.polygon for outline in outlines])
         loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=ceiling or top)
     plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, roof=overhead if pitched else None)
+    if ceiling is not None:
+        below = levelled.storeys[number - 1].ceiling if number else None
+        between = {"low": below if below is not None else -np.inf, "high": above[0] if above else np.inf}
+        levels = room_levels(sample, plan.rooms, floor=floor, ceiling=ceiling, roof=overhead if pitched else None, **between)
+        plan = replace(plan, room_levels=levels, pitched=pitched)
     return AutoStages(lines, cells, room, wall, of_cells.inside, space.raster(space.ceiling), outlines, plan)
 
 
@@ -165,9 +173,7 @@ def _plan(
     if roof is not None:
         faces = faces.take(~under_the_eaves(faces.p, faces.q, roof, floor=floor))
     rooms = tuple(outline.polygon for outline in outlines)
-    top = ceiling if ceiling is not None else floor + 2.5
-    levels = tuple((floor, top) for _ in rooms)
-    return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, room_levels=levels, columns=tuple(columns))
+    return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, columns=tuple(columns))
 
 
 def is_column(ring: OutlineRing, *, widest: float = 1.2) -> bool:

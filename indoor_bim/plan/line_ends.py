@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.face_lines import FaceLines
 
 Floats = NDArray[np.float64]
+OVERLAP = 0.01
+"""Lines reach this far past what they meet, metres."""
 
 
 def prolong(lines: FaceLines, *, least: float = 1.5, most: float = 8.0, slack: float = 0.3) -> tuple[Floats, Floats]:
@@ -43,6 +47,56 @@ def prolong(lines: FaceLines, *, least: float = 1.5, most: float = 8.0, slack: f
         if len(before):
             start[k] = before.max() - 0.01
     return start, end
+
+
+def gap_cuts(
+    lines: FaceLines, *, gap: float = 8.0, overlap: float = 0.5, across: float = 0.07, turn: float = 3.0
+) -> tuple[FaceLines, Floats, Floats]:
+    """Lines that run on to the next piece of the same face, and cuts across halfway that join the two.
+
+    A map that drifts shows one face in pieces a few centimetres apart, which never cross: without cuts no cell closes between them.
+
+    Parameters
+    ----------
+    lines : FaceLines
+        Lines.
+    gap : float
+        Longest gap between two pieces, metres.
+    overlap : float
+        Longest stretch along which both run, metres.
+    across : float
+        Largest step from one to the next where they come closest, metres.
+    turn : float
+        Largest angle between them, degrees.
+
+    Returns
+    -------
+    lines : FaceLines
+        Lines whose ends reach the cuts.
+    p, q : (m, 2) float64
+        Ends of the cuts, metres.
+    """
+    tails, heads = lines.ends()
+    direction, normal = lines.direction, lines.normal
+    start, end = lines.start.copy(), lines.end.copy()
+    cuts = []
+    for k in range(len(lines)):
+        ahead = (tails - heads[k]) @ direction[k]
+        step = (tails - heads[k]) @ normal[k]
+        further = ((heads - heads[k]) @ direction[k] > 0) & ((tails - tails[k]) @ direction[k] > 0)
+        same = direction @ direction[k] > np.cos(np.radians(turn))
+        onward = np.flatnonzero(same & further & (ahead < gap) & (ahead > -overlap) & (np.abs(step) < across))
+        if not len(onward):
+            continue
+        n = onward[np.lexsort((step[onward], ahead[onward]))[0]]
+        middle = (heads[k] + tails[n]) / 2
+        a, b = middle @ direction[k], middle @ direction[n]
+        end[k], start[n] = max(end[k], a + OVERLAP), min(start[n], b - OVERLAP)
+        foot = [a * direction[k] + lines.offset[k] * normal[k], b * direction[n] + lines.offset[n] * normal[n]]
+        side = np.sign((foot[1] - foot[0]) @ normal[k]) or 1.0
+        cuts.append((foot[0] - side * OVERLAP * normal[k], foot[1] + side * OVERLAP * normal[k]))
+    p, q = (np.array([cut[k] for cut in cuts]).reshape(-1, 2) for k in (0, 1))
+    return replace(lines, start=start, end=end), p, q
 
 
 def end_cuts(
