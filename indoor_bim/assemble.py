@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ Floats = NDArray[np.float64]
 
 DECIMALS = 9  # coarser model coordinates would make joints overlap
 SLAB_THICKNESS = 0.20  # metres; a scan shows one face of a slab only
+SAME_PLATE = 0.001  # metres
 NEAR = 0.15  # metres beyond a face: where the room on that side is looked for
 
 
@@ -36,6 +37,7 @@ def build_storey(
     room_evidence: Sequence[Evidence] = (),
     room_levels: Sequence[tuple[float, float]] = (),
     columns: Sequence[shapely.Polygon] = (),
+    ceiling_plate: bool = True,
 ) -> Storey:
     """Storey of the building model from joined walls and rooms.
 
@@ -61,6 +63,8 @@ def build_storey(
         Floor and ceiling of each room where they differ from the storey's, metres; may be empty.
     columns : sequence of shapely.Polygon
         Outlines of free-standing columns.
+    ceiling_plate : bool
+        False where no plate covers the storey: under a pitched roof.
     """
     prefix = f"S{number}"
     external = external_walls(walls, footprints, rooms)
@@ -113,7 +117,10 @@ def build_storey(
             for k, column in enumerate(columns)
         ),
         rooms=model_rooms,
-        slabs=_slabs(prefix, footprints, rooms, {"floor": floor, "ceiling": ceiling}),
+        slabs=(
+            *_slabs(prefix, "floor", footprints, rooms, floor, [level for level, _ in levels]),
+            *(_slabs(prefix, "ceiling", footprints, rooms, ceiling, [level for _, level in levels]) if ceiling_plate else ()),
+        ),
     )
 
 
@@ -176,9 +183,14 @@ def _bounding_walls(rooms: Sequence[shapely.Polygon], footprints: Sequence[shape
 
 
 def _slabs(
-    prefix: str, footprints: Sequence[shapely.Polygon], rooms: Sequence[shapely.Polygon], levels: Mapping[str, float]
+    prefix: str,
+    kind: Literal["floor", "ceiling"],
+    footprints: Sequence[shapely.Polygon],
+    rooms: Sequence[shapely.Polygon],
+    level: float,
+    room_levels: Sequence[float],
 ) -> tuple[Slab, ...]:
-    """Floor and ceiling plates under and over everything that walls enclose."""
+    """Plates under or over everything that walls enclose, and plates of their own for rooms at another level."""
     import shapely
 
     if not footprints and not rooms:
@@ -186,21 +198,23 @@ def _slabs(
     # a hair wider before, narrower after: outlines that touch in rounded coordinates become one
     plan = shapely.union_all([*rooms, *footprints]).buffer(0.005, join_style="mitre").buffer(-0.005, join_style="mitre")
     parts = [shapely.Polygon(part.exterior).simplify(0.001) for part in shapely.get_parts(plan) if part.geom_type == "Polygon"]
+    own = [k for k, height in enumerate(room_levels) if abs(height - level) > SAME_PLATE]
+    if own:
+        others = shapely.union_all([rooms[k] for k in own])
+        parts = [left for part in parts for left in shapely.get_parts(part.difference(others)) if left.geom_type == "Polygon"]
     parts.sort(key=lambda part: (-round(part.area, 3), part.bounds))
-    out = []
-    for kind, level in levels.items():
-        for k, part in enumerate(parts):
-            out.append(
-                Slab(
-                    id=f"{prefix}-{kind.capitalize()}{k + 1}",
-                    name=f"{kind.capitalize()} {k + 1}",
-                    kind="floor" if kind == "floor" else "ceiling",
-                    outline=_outline(part),
-                    level=round(level, DECIMALS),
-                    thickness=SLAB_THICKNESS,
-                )
-            )
-    return tuple(out)
+    plates = [(part, level) for part in parts] + [(rooms[k], room_levels[k]) for k in own]
+    return tuple(
+        Slab(
+            id=f"{prefix}-{kind.capitalize()}{k + 1}",
+            name=f"{kind.capitalize()} {k + 1}",
+            kind=kind,
+            outline=_outline(part),
+            level=round(height, DECIMALS),
+            thickness=SLAB_THICKNESS,
+        )
+        for k, (part, height) in enumerate(plates)
+    )
 
 
 def _point(xy: Floats) -> tuple[float, float]:

@@ -20,6 +20,7 @@ from indoor_bim.plan.walls import Walls, walls_from_faces
 
 if TYPE_CHECKING:
     import networkx as nx
+    import shapely
 
 LOOKED_INTO = 0.3  # share of a room's floor or ceiling that was seen: less, and it was only looked into
 ENTERED = 0.5  # the same, for what walls enclose without the method knowing it as a room
@@ -105,6 +106,8 @@ def storey_from_plan(
         ceiling=ceiling,
         number=number,
         room_evidence=[Evidence(coverage=round(seen[k], 3), sides=1) for k in kept],
+        room_levels=[_room_levels(rooms[k], plan, storey=(floor, ceiling)) for k in kept],
+        ceiling_plate=not plan.pitched,
         columns=plan.columns,
     )
     return StoreyGeometry(storey, walls, wall_graph(walls, meetings), tuple(warnings))
@@ -113,6 +116,14 @@ def storey_from_plan(
 def _tidy(walls: Walls) -> Walls:
     """Walls without furniture, where no rooms say what is a wall."""
     return without_stubs(merge_collinear(walls))
+
+
+def _room_levels(room: shapely.Polygon, plan: StoreyPlan, *, storey: tuple[float, float]) -> tuple[float, float]:
+    """Floor and ceiling of a room: those of the known room that it shares most with, else the storey's."""
+    shared = [room.intersection(other).area for other in plan.rooms]
+    if not plan.room_levels or plan.floor is None or plan.ceiling is None or not any(shared):
+        return storey
+    return plan.room_levels[shared.index(max(shared))]
 
 
 def _levels(plan: StoreyPlan, walls: Walls, warnings: list[str]) -> tuple[float, float]:

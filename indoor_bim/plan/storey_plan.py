@@ -30,6 +30,8 @@ class StoreyPlan:
         Free space of closed rooms, where the method finds them itself.
     room_levels : tuple of (float, float)
         Floor and ceiling of each of these rooms.
+    pitched : bool
+        True under a pitched roof: `ceiling` is its highest point.
     columns : tuple of shapely.Polygon
         Outlines of free-standing columns.
     warnings : tuple of str
@@ -42,5 +44,6 @@ class StoreyPlan:
     seen: Raster | None = None
     rooms: tuple[shapely.Polygon, ...] = ()
     room_levels: tuple[tuple[float, float], ...] = ()
+    pitched: bool = False
     columns: tuple[shapely.Polygon, ...] = ()
     warnings: tuple[str, ...] = ()
