@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import Cloud
 from indoor_bim.errors import NothingToReconstructError
+from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.quality.deviation import Deviations, wall_deviations
-from indoor_bim.quality.ifc_bodies import bodies_of_ifc
+from indoor_bim.quality.ifc_bodies import walls_of_ifc
 from indoor_bim.quality.registration import Placement, UprightScan, find_placement, given_placement, main_direction
 from indoor_bim.quality.wall_bodies import Faces, WallModel, bodies_of_building, face_cells, upright_faces
 
@@ -39,7 +40,7 @@ def read_wall_model(path: str | os.PathLike[str]) -> WallModel:
         If the file is missing, damaged or holds no walls.
     """
     if Path(path).suffix.lower() == ".ifc":
-        return bodies_of_ifc(path)
+        return walls_of_ifc(path)
     from indoor_bim.export.json import read_json
 
     return bodies_of_building(read_json(path))
@@ -68,7 +69,8 @@ def against_scan(model: WallModel, cloud: Cloud) -> Deviations:
         if placement.fit >= _LEAST_FIT / 2:
             bands = _bands_of(model)
             points = _moved(cloud.points, placement.matrix)
-            return wall_deviations(model, points, bands=bands, message=_said(placement))
+            scanner = _scanner(cloud.trajectory, cloud, placement.matrix)
+            return wall_deviations(model, points, bands=bands, message=_said(placement), time=cloud.gps_time, scanner=scanner)
         _log.warning("%s does not lie where the model says; it is laid over it by plan.", cloud.source)
     from indoor_bim.cloud.levels import level
 
@@ -79,7 +81,8 @@ def against_scan(model: WallModel, cloud: Cloud) -> Deviations:
     _check_fit(placement)
     rise = placement.matrix[2, 3]
     bands = [(floor + rise, ceiling + rise) for floor, ceiling in zip(floors, ceilings, strict=True)]
-    return wall_deviations(model, _moved(levelled.points, placement.matrix), bands=bands, message=_said(placement))
+    points, scanner = _moved(levelled.points, placement.matrix), _scanner(levelled.trajectory, cloud, placement.matrix)
+    return wall_deviations(model, points, bands=bands, message=_said(placement), time=cloud.gps_time, scanner=scanner)
 
 
 def against_model(model: WallModel, other: WallModel) -> Deviations:
@@ -98,6 +101,7 @@ def against_model(model: WallModel, other: WallModel) -> Deviations:
     NothingToReconstructError
         If a model has no walls, or if they are of different buildings.
     """
+    model, other = model.detailed(None), other.detailed(None)
     faces, other_faces = _faces(model), _faces(other)
     points, _, _ = face_cells(other_faces, cell=_SAMPLE_CELL)
     placement = _where_claimed(model, other, points, faces)
@@ -139,6 +143,13 @@ def _bands_of(model: WallModel) -> list[tuple[float, float]]:
         heights = np.concatenate([body.vertices[:, 2] for body in model.walls])
         return [(float(heights.min()), float(heights.max()))]
     return bands
+
+
+def _scanner(trajectory: Floats | None, cloud: Cloud, matrix: Floats) -> Floats | None:
+    """Where the scanner was when each point was taken, moved; None where that is not known."""
+    if trajectory is None or cloud.gps_time is None or not np.isfinite(trajectory[:, 0]).all():
+        return None
+    return _moved(sensor_positions(trajectory, cloud.gps_time), matrix)
 
 
 def _moved(points: Floats, matrix: Floats) -> Floats:

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.quality.extra_surfaces import ExtraSurface, extra_surfaces
-from indoor_bim.quality.nearest_face import nearest_faces, surface_distances
-from indoor_bim.quality.wall_bodies import Body, WallModel, face_cells, upright_faces
+from indoor_bim.quality.nearest_face import index_faces, surface_distances
+from indoor_bim.quality.path_drift import path_drift
+from indoor_bim.quality.unique_rows import unique_rows
+from indoor_bim.quality.wall_bodies import Body, Faces, WallModel, face_cells, upright_faces
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -19,6 +21,7 @@ Status = Literal["seen", "not seen", "missing"]
 
 CELL = 0.10  # metres: distances are medians of cells of this size, so that dense parts of a scan do not outvote sparse ones
 GATE = 0.10  # metres: points farther from every face belong to something else
+DRIFT_TAKEN_OUT = " Its map is bent by up to {:.0f} mm along the path of the scanner; this was taken out (column drift)."
 LEAST_POINTS = 3  # in a cell
 LEAST_SEEN = 0.10  # share of a wall's better face
 _LEAST_CELLS, _LEAST_FACE_CELLS = 20, 50
@@ -44,6 +47,8 @@ class WallDeviation:
         Median of the signed distance, median and 95 per cent of its amount over the cells with points, metres.
     shift, thicker : float, optional
         How far the scan shows the wall beside its place, and thicker than modelled, metres; where both faces were seen.
+    drift : float, optional
+        What the bend of the map along the path of the scanner added to the bias before it was taken out, metres; where that is known.
     """
 
     id: str
@@ -58,6 +63,7 @@ class WallDeviation:
     p95: float | None = None
     shift: float | None = None
     thicker: float | None = None
+    drift: float | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +92,14 @@ class Deviations:
 
 
 def wall_deviations(
-    model: WallModel, points: Floats, *, bands: Sequence[tuple[float, float]], is_scan: bool = True, message: str = ""
+    model: WallModel,
+    points: Floats,
+    *,
+    bands: Sequence[tuple[float, float]],
+    is_scan: bool = True,
+    message: str = "",
+    time: Floats | None = None,
+    scanner: Floats | None = None,
 ) -> Deviations:
     """Measure how far points are from the walls of a model.
 
@@ -102,33 +115,69 @@ def wall_deviations(
         True when the points may show floors; else every wall without points is missing.
     message : str
         How the points came to their place.
+    time : (n,) float64, optional
+        Time of each point, seconds: then the bend of the map along the path of the scanner is estimated and taken out of all distances.
+    scanner : (n, 3) float64, optional
+        Where the scanner was when each point was taken, metres.
 
     Returns
     -------
     Deviations
         Statistics of each wall, extra surfaces and the distance of each point.
     """
+    model = model.detailed({body.storey for body in model.walls if _reaches(body, bands)})
     walls = tuple(body for body in model.walls if _reaches(body, bands))
     faces = upright_faces(walls)
     cells, _, cell_wall = face_cells(faces, cell=CELL)
     within = _in_bands(cells[:, 2], bands)
     inside = _in_bands(points[:, 2], bands)
-    near = nearest_faces(points, faces)
-    on_face = near.square & (np.abs(near.distance) < GATE) if len(faces.wall) else np.zeros(len(points), dtype=bool)
+    rigid, triangle, on_face = _distances(points, faces)
     on_face &= inside
-    found = _cell_medians(points[on_face], near.distance[on_face], near.triangle[on_face], faces.normal, faces.plane)
+    rows = np.flatnonzero(on_face)
+    distance, bend = rigid, None
+    if time is not None:
+        distance, bend = _without_drift(points, rigid, faces, triangle, rows, time, scanner)
+        message += "" if bend is None else DRIFT_TAKEN_OUT.format(1000 * bend)
+    found = _cell_medians(points[rows], distance[rows], triangle[rows], faces.normal, faces.plane)
+    bent = found if bend is None else _cell_medians(points[rows], rigid[rows], triangle[rows], faces.normal, faces.plane)
     wall_of_plane = np.zeros(faces.plane.max(initial=-1) + 1, dtype=np.int64)
     wall_of_plane[faces.plane] = faces.wall
     totals = np.bincount(cell_wall[within], minlength=len(walls))
     results = []
     for k, body in enumerate(walls):
         own = wall_of_plane[found.plane] == k
-        results.append(_wall_deviation(body, found.take(own), faces.normal, faces.plane, int(totals[k]), points if is_scan else None))
+        result = _wall_deviation(body, found.take(own), faces.normal, faces.plane, int(totals[k]), points if is_scan else None)
+        if bend is not None and result.bias is not None:
+            before = float(np.median(bent.distance[wall_of_plane[bent.plane] == k]))
+            result = replace(result, drift=before - result.bias)
+        results.append(result)
     corners = [body.vertices[body.triangles].reshape(-1, 3) for body in (*walls, *model.others) if _reaches(body, bands)]
     other = points[inside & ~on_face]
     loose = other[surface_distances(other, np.concatenate([np.zeros((0, 3)), *corners])) > GATE]
     extra = tuple(surface for floor, ceiling in bands for surface in extra_surfaces(loose, floor=floor, ceiling=ceiling))
-    return Deviations(tuple(results), extra, points, np.where(on_face, near.distance, np.nan), message)
+    return Deviations(tuple(results), extra, points, np.where(on_face, distance, np.nan), message)
+
+
+def _distances(points: Floats, faces: Faces) -> tuple[Floats, Ints, NDArray[np.bool_]]:
+    """Signed distance (n,) of each point from its nearest face, that triangle (n,), and whether it belongs to the face (n,)."""
+    if not len(faces.wall) or not len(points):
+        return np.full(len(points), np.inf), np.zeros(len(points), dtype=np.int64), np.zeros(len(points), dtype=bool)
+    near = index_faces(faces).nearest(points)
+    return near.distance, near.triangle, near.square & (np.abs(near.distance) < GATE)
+
+
+def _without_drift(
+    points: Floats, distance: Floats, faces: Faces, triangle: Ints, rows: Ints, time: Floats, scanner: Floats | None
+) -> tuple[Floats, float | None]:
+    """Distances (n,) once the bend of the map is taken out, and its largest amount; the same and None where it cannot be told."""
+    xy, normal = points[rows, :2], faces.normal[triangle[rows]]
+    place = None if scanner is None else scanner[rows, :2]
+    bend = path_drift(xy, normal, distance[rows], faces.plane[triangle[rows]], time[rows], place)
+    if bend is None:
+        return distance, None
+    straight = distance.copy()
+    straight[rows] += np.einsum("ij,ij->i", bend.displacement(xy, time[rows], place), normal)
+    return straight, bend.largest
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -149,8 +198,8 @@ def _cell_medians(points: Floats, distance: Floats, triangle: Ints, normal: Floa
     across = normal[triangle]
     along = points[:, 1] * across[:, 0] - points[:, 0] * across[:, 1]
     cell = np.floor(np.column_stack([along, points[:, 2]]) / CELL).astype(np.int64)
-    _, group, count = np.unique(np.column_stack([plane[triangle], cell]), axis=0, return_inverse=True, return_counts=True)
-    order = np.lexsort((distance, group.reshape(-1)))
+    _, _, group, count = unique_rows(np.column_stack([plane[triangle], cell]))
+    order = np.lexsort((distance, group))
     start = np.cumsum(count) - count
     middle = 0.5 * (distance[order[start + (count - 1) // 2]] + distance[order[start + count // 2]])
     enough = count >= LEAST_POINTS
@@ -202,7 +251,7 @@ def _stands_on_free_floor(body: Body, scan: Floats) -> bool:
     x0, y0, x1, y1 = footprint.bounds
     floor = scan[(above > _FLOOR[0]) & (above < _FLOOR[1]) & (scan[:, :2] > (x0, y0)).all(axis=1) & (scan[:, :2] < (x1, y1)).all(axis=1)]
     inside = shapely.contains_xy(footprint, floor[:, 0], floor[:, 1])
-    hit = len(np.unique(np.floor(floor[inside, :2] / CELL).astype(np.int64), axis=0))
+    hit = len(unique_rows(np.floor(floor[inside, :2] / CELL).astype(np.int64)).rows)
     return bool(hit * CELL**2 > _FREE * footprint.area)
 
 

@@ -47,9 +47,9 @@ def summary(walls: Sequence[WallDeviation]) -> dict[str, object]:
 
 def deviation_table(deviations: Deviations) -> str:
     """All figures as a text table, millimetres; a dash where there is nothing to measure."""
-    rows = [("wall", "storey", "status", "seen %", "bias", "median", "p95", "shift", "thicker")]
+    rows = [("wall", "storey", "status", "seen %", "bias", "median", "p95", "shift", "thicker", "drift")]
     for wall in deviations.walls:
-        lengths = (wall.bias, wall.median, wall.p95, wall.shift, wall.thicker)
+        lengths = (wall.bias, wall.median, wall.p95, wall.shift, wall.thicker, wall.drift)
         cells = ("-" if length is None else f"{1000 * length:.1f}" for length in lengths)
         rows.append((wall.name or wall.id, wall.storey, wall.status, f"{100 * wall.covered:.0f}", *cells))  # type: ignore[arg-type]
     widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.quality.unique_rows import unique_rows
+
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
 
@@ -57,8 +59,8 @@ def extra_surfaces(points: Floats, *, floor: float, ceiling: float) -> tuple[Ext
     pixel = np.floor(band[:, :2] / _PIXEL).astype(np.int64)
     origin = pixel.min(axis=0)
     level = np.floor((band[:, 2] - low) / _BIN).astype(np.int64)
-    filled = np.unique(np.column_stack([pixel - origin, level]), axis=0)
-    cells, count = np.unique(filled[:, :2], axis=0, return_counts=True)
+    filled = unique_rows(np.column_stack([pixel - origin, level])).rows
+    cells, _, _, count = unique_rows(filled[:, :2])
     upright = cells[count >= _FULL * np.ceil((high - low) / _BIN)]
     if not len(upright):
         return ()

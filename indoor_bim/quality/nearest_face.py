@@ -33,41 +33,68 @@ class Nearest:
     square: NDArray[np.bool_]
 
 
-def nearest_faces(points: Floats, faces: Faces, *, edge: float = 0.01) -> Nearest:
-    """Find the nearest face of each point.
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceIndex:
+    """Faces of walls, prepared for many questions.
 
     Parameters
     ----------
-    points : (n, 3) float64
-        Points, metres.
     faces : Faces
         Faces of walls.
-    edge : float
-        How far beyond the edge of a face a point still counts as square to it, metres.
+    scene : open3d.t.geometry.RaycastingScene
+        Their triangles about `origin`, in single precision.
+    origin : (3,) float64
+        Point near them, metres.
     """
-    closest, triangle, length = _closest(points, faces.corners.reshape(-1, 3))
-    away = points - closest
-    signed = np.einsum("ij,ij->i", away[:, :2], faces.normal[triangle])
-    return Nearest(signed, triangle, np.sqrt(np.maximum(length**2 - signed**2, 0.0)) <= edge)
+
+    faces: Faces
+    scene: Any
+    origin: Floats
+
+    def nearest(self, points: Floats, *, edge: float = 0.01) -> Nearest:
+        """Find the nearest face of each point.
+
+        Parameters
+        ----------
+        points : (n, 3) float64
+            Points, metres.
+        edge : float
+            How far beyond the edge of a face a point still counts as square to it, metres.
+        """
+        closest, triangle, length = _closest(points, self.scene, self.origin)
+        away = points - closest
+        signed = np.einsum("ij,ij->i", away[:, :2], self.faces.normal[triangle])
+        return Nearest(signed, triangle, np.sqrt(np.maximum(length**2 - signed**2, 0.0)) <= edge)
+
+
+def index_faces(faces: Faces) -> FaceIndex:
+    """Prepare the faces of walls, of which there is one at least."""
+    return FaceIndex(faces, *_scene(faces.corners.reshape(-1, 3)))
 
 
 def surface_distances(points: Floats, corners: Floats) -> Floats:
-    """Distances (n,) of points (n, 3) from triangles whose corners (3 m, 3) follow each other, metres."""
-    return _closest(points, corners)[2]
+    """Distances (n,) of points (n, 3) from triangles whose corners (3 m, 3) follow each other, metres; infinite without triangles."""
+    if not len(corners) or not len(points):
+        return np.full(len(points), np.inf)
+    return _closest(points, *_scene(corners))[2]
 
 
-def _closest(points: Floats, corners: Floats) -> tuple[Floats, Ints, Floats]:
-    """Closest points (n, 3), their triangles (n,) and distances (n,)."""
+def _scene(corners: Floats) -> tuple[Any, Floats]:
     import open3d
 
     o3d: Any = open3d
-
-    if not len(corners) or not len(points):
-        return np.full((len(points), 3), np.inf), np.zeros(len(points), dtype=np.int64), np.full(len(points), np.inf)
     origin = corners.mean(axis=0)  # single precision inside: keep coordinates small
     scene = o3d.t.geometry.RaycastingScene()
     index = np.arange(len(corners), dtype=np.uint32).reshape(-1, 3)
     scene.add_triangles(o3d.core.Tensor((corners - origin).astype(np.float32)), o3d.core.Tensor(index))
+    return scene, origin
+
+
+def _closest(points: Floats, scene: Any, origin: Floats) -> tuple[Floats, Ints, Floats]:
+    """Closest points (n, 3), their triangles (n,) and distances (n,)."""
+    import open3d
+
+    o3d: Any = open3d
     found = scene.compute_closest_points(o3d.core.Tensor((points - origin).astype(np.float32)))
     closest = found["points"].numpy().astype(np.float64) + origin
     return closest, found["primitive_ids"].numpy().astype(np.int64), np.linalg.norm(points - closest, axis=1)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.errors import NothingToReconstructError
-from indoor_bim.quality.nearest_face import nearest_faces
+from indoor_bim.quality.nearest_face import FaceIndex, index_faces
+from indoor_bim.quality.unique_rows import unique_rows
 from indoor_bim.quality.wall_bodies import Faces, face_cells
 
 Floats = NDArray[np.float64]
@@ -20,7 +21,7 @@ _FULL = 0.6  # share of the band that a wall fills
 _SAMPLE = 15_000
 _NEAR = 0.05
 _FINE, _REACH = 0.02, 0.20  # metres: pixels and reach of the search that follows the coarse one
-_ITERATIONS, _SPREAD = 12, 0.02  # of the refinement; metres
+_ITERATIONS, _SPREAD, _STILL = 30, 0.02, 5e-5  # of the refinement; metres
 _CANDIDATES = 3
 _ALIKE = 0.9  # a second place that fits this well by comparison makes the first one doubtful
 
@@ -66,7 +67,7 @@ class UprightScan:
 def given_placement(points: Floats, matrix: Floats, faces: Faces) -> Placement:
     """Place points (n, 3) by a matrix (4, 4) that is known, and tell how well that fits the faces."""
     moved = points @ matrix[:3, :3].T + matrix[:3, 3]
-    return Placement(matrix, _fit(moved, faces), "placed by the matrix of the model")
+    return Placement(matrix, _fit(moved, index_faces(faces)), "placed by the matrix of the model")
 
 
 def find_placement(scan: UprightScan, faces: Faces, floors: tuple[float, ...]) -> Placement:
@@ -111,11 +112,11 @@ def find_placement(scan: UprightScan, faces: Faces, floors: tuple[float, ...]) -
     if not found:
         raise NothingToReconstructError("the scan has no walls to lay over those of the model.")
     found.sort(key=lambda item: -item[0])
-    sample = _sample(scan, floor, picture)
+    sample, index = _sample(scan, floor, picture), index_faces(faces)
     placements = []
     for _, level, matrix in found[:_CANDIDATES]:
-        refined = _refine(sample, faces, _nudge(sample, cells, matrix))
-        placements.append((_fit(sample @ refined[:3, :3].T + refined[:3, 3], faces), level, refined))
+        refined = _refine(sample, index, _nudge(sample, cells, matrix))
+        placements.append((_fit(sample @ refined[:3, :3].T + refined[:3, 3], index), level, refined))
     placements.sort(key=lambda item: -item[0])
     fit, level, best = placements[0]
     message = f"laid over the model by plan, its floor at {level:.2f} m: "
@@ -140,8 +141,8 @@ def _wall_points(points: Floats, floor: float) -> Floats:
         return np.zeros((0, 2))
     cell = np.floor(band[:, :2] / _PIXEL).astype(np.int64)
     level = np.floor((band[:, 2] - floor - _BAND[0]) / _BIN).astype(np.int64)
-    filled = np.unique(np.column_stack([cell, level]), axis=0)
-    cells, count = np.unique(filled[:, :2], axis=0, return_counts=True)
+    filled = unique_rows(np.column_stack([cell, level])).rows
+    cells, _, _, count = unique_rows(filled[:, :2])
     return np.asarray((cells[count >= _FULL * (_BAND[1] - _BAND[0]) / _BIN] + 0.5) * _PIXEL)
 
 
@@ -171,8 +172,7 @@ def _sample(scan: UprightScan, floor: float, picture: Floats) -> Floats:
     cells = np.floor(np.concatenate([picture, band[:, :2]]) / _PIXEL).astype(np.int64)
     key = (cells[:, 0] - cells[:, 0].min()) * (np.ptp(cells[:, 1]) + 1) + cells[:, 1] - cells[:, 1].min()
     band = band[np.isin(key[len(picture) :], key[: len(picture)])]
-    _, first = np.unique(np.floor(band / 0.05).astype(np.int64), axis=0, return_index=True)
-    thinned = band[first]
+    thinned = band[unique_rows(np.floor(band / 0.05).astype(np.int64)).first]
     return np.asarray(thinned[:: max(1, len(thinned) // _SAMPLE)])
 
 
@@ -200,16 +200,16 @@ def _nudge(points: Floats, cells: Floats, matrix: Floats) -> Floats:
     return out
 
 
-def _refine(points: Floats, faces: Faces, matrix: Floats) -> Floats:
+def _refine(points: Floats, index: FaceIndex, matrix: Floats) -> Floats:
     """Turn and shift in plan until the points lie on the faces: point-to-plane steps with weights that fall with the distance."""
     for _ in range(_ITERATIONS):
         moved = points @ matrix[:3, :3].T + matrix[:3, 3]
-        near = nearest_faces(moved, faces, edge=0.05)
+        near = index.nearest(moved, edge=0.05)
         use = near.square & (np.abs(near.distance) < 5 * _SPREAD)
         if use.sum() < 50:
             return matrix
         middle = moved[use, :2].mean(axis=0)
-        normal, arm = faces.normal[near.triangle[use]], moved[use, :2] - middle
+        normal, arm = index.faces.normal[near.triangle[use]], moved[use, :2] - middle
         jacobian = np.column_stack([normal, normal[:, 1] * arm[:, 0] - normal[:, 0] * arm[:, 1]])
         weight = 1 / np.sqrt(1 + (near.distance[use] / _SPREAD) ** 2)
         step = np.linalg.lstsq(jacobian * weight[:, None], -near.distance[use] * weight, rcond=None)[0]
@@ -218,9 +218,11 @@ def _refine(points: Floats, faces: Faces, matrix: Floats) -> Floats:
         change[:2, :2] = [[cos, -sin], [sin, cos]]
         change[:2, 3] = middle + step[:2] - change[:2, :2] @ middle
         matrix = change @ matrix
+        if np.abs(step[:2]).max() < _STILL and np.abs(step[2] * arm).max() < _STILL:
+            break
     return matrix
 
 
-def _fit(points: Floats, faces: Faces) -> float:
-    near = nearest_faces(points, faces)
+def _fit(points: Floats, index: FaceIndex) -> float:
+    near = index.nearest(points)
     return float(np.mean(near.square & (np.abs(near.distance) < _NEAR))) if len(points) else 0.0

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -59,6 +60,8 @@ class WallModel:
         Where the model says it lies in its scan.
     source : str
         Name of that scan, if known.
+    detail : callable, optional
+        Reads walls with openings, and other elements, of the storeys of given names, or of all for None, where they were not read yet.
     """
 
     walls: tuple[Body, ...]
@@ -66,6 +69,14 @@ class WallModel:
     storeys: tuple[tuple[str, float], ...]
     scan_to_model: Floats | None = None
     source: str = ""
+    detail: Callable[[Collection[str] | None], tuple[tuple[Body, ...], tuple[Body, ...]]] | None = None
+
+    def detailed(self, names: Collection[str] | None) -> Self:
+        """Return the model with openings and other elements, where it came without: of some storeys, or of all for None."""
+        if self.detail is None:
+            return self
+        walls, others = self.detail(names)
+        return replace(self, walls=walls, others=others, detail=None)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
