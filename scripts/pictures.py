@@ -136,7 +136,7 @@ def evidence(levelled: LevelledCloud, sensor: np.ndarray | None, around: Window)
     shown = np.zeros((int((high[1] - low[1]) / 0.05) + 1, int((high[0] - low[0]) / 0.05) + 1))
     for angle in (0.0, np.pi / 2):
         swept = sweep(candidates, angle)
-        best = swept.evidence.max(axis=0)
+        best = swept.evidence.whole().max(axis=0)
         u, v = np.nonzero(best)
         a, b = swept.low[0] + (u + 0.5) * BELOW_CEILING.along, swept.low[1] + (v + 0.5) * BELOW_CEILING.across
         for shift in (-0.025, 0.025):

@@ -35,6 +35,11 @@ def test_many_points_give_what_their_twins_give(strips, angle, sided, seed):
     assert np.array_equal(crests_of_many(masks, strips), crest)
     swept = sweep(points, angle, strips=strips)
     assert np.array_equal(swept.masks, masks)
-    assert (swept.evidence <= evidence).all()
+    shown = swept.evidence.whole()
+    assert ((shown == 0) | (shown == evidence)).all()
+    assert (shown[crest & (evidence >= 0.35)] > 0).all()
+    u, v = np.indices(shown.shape[1:])
+    assert np.array_equal(swept.evidence.at(1, u, v), shown[1])
+    assert swept.bare().evidence is swept.evidence
     if angle == 0.0:
-        assert (swept.evidence > 0.35).sum() > 20
+        assert (shown > 0.35).sum() > 20

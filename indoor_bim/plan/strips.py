@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.sparse_image import SparseImage
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -89,7 +90,11 @@ class Sweep:
     strips: Strips
     masks: NDArray[np.uint32]
     crest: NDArray[np.bool_]
-    evidence: NDArray[np.floating]
+    evidence: SparseImage
+
+    def bare(self) -> Sweep:
+        """The sweep with its evidence alone, which takes little memory."""
+        return replace(self, masks=np.zeros((2, 0, 0), dtype=np.uint32), crest=np.zeros((2, 0, 0), dtype=bool))
 
 
 def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -> Sweep:
@@ -119,7 +124,7 @@ def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -
         low, masks = masks_of_many(points, cosine, sine, strips)
         evidence, crest = evidence_of_many(masks, strips), crests_of_many(masks, strips)
     crest &= evidence >= LEAST_EVIDENCE
-    return Sweep(angle, low, strips, masks, crest, np.where(_widen(crest, 1), evidence, 0))
+    return Sweep(angle, low, strips, masks, crest, SparseImage.of(evidence * _widen(crest, 1)))
 
 
 def lower_corner(u: float, v: float, strips: Strips) -> Floats:
@@ -228,5 +233,5 @@ def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end:
     iv = np.floor((xy @ np.array([-along[1], along[0]]) - swept.low[1]) / swept.strips.across).astype(np.int64)
     inside = (iu >= 0) & (iu < swept.evidence.shape[1]) & (iv >= 3) & (iv < swept.evidence.shape[2] - 3)
     near = np.clip(iv, 3, swept.evidence.shape[2] - 4)[:, None] + np.arange(-3, 4)
-    value = swept.evidence[side, np.clip(iu, 0, swept.evidence.shape[1] - 1)[:, None], near].max(axis=1)
+    value = swept.evidence.at(side, np.clip(iu, 0, swept.evidence.shape[1] - 1)[:, None], near).max(axis=1)
     return np.where(inside, value, 0.0).astype(np.float64)
