@@ -57,10 +57,12 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
         for angle in MAIN:
             sweeps.append(sweep(candidates, angle, strips=strips))
             found.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+            sweeps[-1] = sweeps[-1].bare()
         rest = unexplained(candidates, join_lines([lines, *found]))
         for angle in other_directions(rest) if strips is BELOW_CEILING else ():
             sweeps.append(sweep(rest, angle, strips=strips))
             found.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
+            sweeps[-1] = sweeps[-1].bare()
         more = join_lines(found)
         lines = merge_lines(join_lines([lines, more.take(~beside(more, lines))]))
     return lines, sweeps
