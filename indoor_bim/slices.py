@@ -51,6 +51,7 @@ NO_RANGE_GATE = (
 SLACK = 0.05  # metres: points this close to floor or ceiling belong to them
 COVER_CELL, COVER_MARGIN = 0.20, 0.40  # metres: what has neither floor nor ceiling this close lies outside
 USUAL_HEIGHT = 2.5  # metres, where no ceiling was seen
+LEAST_HEIGHT = 1.0  # metres
 FINEST_PIXEL = 0.015  # metres
 POINTS_PER_PIXEL = 3.0  # along a wall: fewer, and the walls fall apart in the image
 NEIGHBOURHOOD = 3.0  # scatters of a wall: how far neighbours are looked at where walls are noisy
@@ -256,7 +257,7 @@ def slices_storey(
     level = levelled.storeys[number]
     plan = StoreyPlan(
         faces=with_bridges(contour),
-        floor=level.floor,
+        floor=floor,
         ceiling=level.ceiling,
         seen=free,
         rooms=rooms,
@@ -316,15 +317,17 @@ def storey_points(levelled: LevelledCloud, number: int, scanner: Points | None) 
     scanner : (n, 3) float64 or None
         Positions of the scanner, z above the floor.
     floor, height : float
-        Level of the floor, and height up to the ceiling, metres; the usual ones where they were not seen.
+        Level of the floor, or of the lowest points, and height up to the ceiling, or the usual height, metres.
     """
     storey = levelled.storeys[number]
     above = [s.floor for s in levelled.storeys[number + 1 :] if s.floor is not None]
     z = levelled.points[:, 2]
-    floor = storey.floor if storey.floor is not None else (storey.ceiling or 0.0) - USUAL_HEIGHT
+    lowest = float(np.quantile(z, 0.005))
+    ceiling = storey.ceiling if storey.ceiling is not None else lowest + USUAL_HEIGHT
+    floor = storey.floor if storey.floor is not None else min(lowest, ceiling - LEAST_HEIGHT)
     highest = above[0] - 0.3 if above else float(np.quantile(z, 0.995))
-    top = storey.ceiling if storey.ceiling is not None else max(min(highest, floor + USUAL_HEIGHT), floor + 1.0)
-    spots = levelled.points[(np.abs(z - floor) < SLACK) | (np.abs(z - (storey.ceiling or floor)) < SLACK), :2]
+    top = storey.ceiling if storey.ceiling is not None else max(min(highest, floor + USUAL_HEIGHT), floor + LEAST_HEIGHT)
+    spots = levelled.points[(np.abs(z - floor) < SLACK) | (np.abs(z - (floor if storey.ceiling is None else top)) < SLACK), :2]
     rows = np.flatnonzero((z > floor + SLACK) & (z < top - SLACK))
     if len(spots):
         seen = count_raster(spots, cell=COVER_CELL)

@@ -15,7 +15,7 @@ from indoor_bim.pipeline import reconstruct
 ROOMS = (box(0, 0, 4, 3), box(4.2, 0, 9, 3), box(0, 3.2, 9, 5.4))
 
 
-@pytest.fixture(params=["auto", "slope"])
+@pytest.fixture(params=["auto", "slices", "slope"])
 def method(request):
     return request.param
 
@@ -95,6 +95,7 @@ def test_progress_is_reported(scan, method):
     reconstruct(scan, method=method, progress=lambda stage, share: calls.append((stage, share)))
     assert [stage for stage, share in calls if share == 0.0] == {
         "auto": ["read", "level", "plan", "walls", "openings"],
+        "slices": ["read", "level", "lines", "walls", "openings"],
         "slope": ["read", "level", "lines", "walls"],
     }[method]
 
