@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from indoor_bim.plan.cells import Cells
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines, face_lines, join_lines
+from indoor_bim.plan.line_fit import fit_to_points
 from indoor_bim.plan.line_merging import merge_lines
 from indoor_bim.plan.local_density import thinly_scanned
 from indoor_bim.plan.oblique import other_directions, unexplained
@@ -40,7 +41,7 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
     Returns
     -------
     lines : FaceLines
-        Lines, pieces that continue one another merged.
+        Lines, pieces that continue one another merged, placed on the points.
     sweeps : list of Sweep
         Every sweep; ``lines.family`` numbers them.
     """
@@ -65,7 +66,7 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
             sweeps[-1] = sweeps[-1].bare()
         more = join_lines(found)
         lines = merge_lines(join_lines([lines, more.take(~beside(more, lines))]))
-    return lines, sweeps
+    return fit_to_points(lines, points), sweeps
 
 
 def beside(lines: FaceLines, others: FaceLines, *, near: float = 0.05, far: float = 0.35, share: float = 0.5) -> Bools:
