@@ -145,11 +145,11 @@ def recessed(view: WallView) -> Iterator[WallView]:
         The same wall with the bottom of a recess for its face.
     """
     for side in (1, -1):
-        rays = view.rays.take(view.rays.side == side)
-        depth = recess_depth(rays, tolerance=view.tolerance)
+        depth = recess_depth(view.rays, side=side, tolerance=view.tolerance)
         if depth is None or depth > view.through_depth - view.tolerance:
             continue
         box = replace(view.box, thickness=max(view.box.thickness - depth, view.tolerance))
+        rays = view.rays.take(view.rays.side == side)
         inside = rays_at_recess(rays, depth=depth, thickness=view.box.thickness)
         through_depth = view.through_depth - depth
         picture = draw_picture(box, inside, tolerance=view.tolerance, through_depth=through_depth, cell=view.picture.cell)

@@ -12,6 +12,7 @@ from indoor_bim.plan.relief import FACE_REACH, STEEP
 from indoor_bim.plan.wall_rays import WallRays
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 CELL = 0.05  # of the logarithms of distance and cosine: hits within it are taken together
 FEW = 20  # hits on faces in a cell
@@ -35,53 +36,66 @@ def with_brightness(walls: Sequence[WallRays]) -> list[WallRays]:
     Returns
     -------
     list of WallRays
-        The same rays with `brightness`, NaN where the intensity is 0; without `intensity`. Without brightness where too few faces
+        The same rays with `brightness` for those that ended at a face, without `intensity`. Without brightness where too few faces
         were hit.
     """
     unknown = [replace(rays, intensity=None) for rays in walls]
-    given = [(rays, rays.intensity) for rays in walls if rays.intensity is not None]
-    if not given:
-        return unknown
-    on_face = [(np.abs(rays.depth) < FACE_REACH) & (rays.slant > STEEP) & (intensity > 0) for rays, intensity in given]
-    terms = np.vstack([_terms(rays.take(rows)) for (rays, _), rows in zip(given, on_face, strict=True)])
-    values = np.concatenate([np.log(intensity[rows], dtype=np.float64) for (_, intensity), rows in zip(given, on_face, strict=True)])
+    known = [_on_face(rays) for rays in walls]
+    terms = np.vstack([np.zeros((0, 2)), *(_logarithms(rays, rows) for rays, rows in zip(walls, known, strict=True))])
+    values = np.concatenate(
+        [np.zeros(0), *(np.log(r.intensity[k], dtype=np.float64) for r, k in zip(walls, known, strict=True) if r.intensity is not None)]
+    )
     factors = _robust_fit(terms, values)
     if factors is None:
         return unknown
+    deviation = np.round((values - _polynomial(terms) @ factors) / RESOLUTION) * RESOLUTION
     out = []
-    for rays in walls:
-        known = rays.intensity if rays.intensity is not None else np.zeros(len(rays))
-        with np.errstate(divide="ignore"):
-            measured = np.where(known > 0, np.log(known, dtype=np.float64), np.nan)
-        brightness = np.round((measured - _terms(rays) @ factors) / RESOLUTION) * RESOLUTION
-        out.append(replace(rays, intensity=None, brightness=brightness.astype(np.float32)))
+    begin = 0
+    for rays, rows in zip(unknown, known, strict=True):
+        brightness = np.full(len(rays), np.nan, dtype=np.float32)
+        brightness[rows] = deviation[begin : begin + len(rows)]
+        begin += len(rows)
+        out.append(replace(rays, brightness=brightness))
     return out
 
 
-def _terms(rays: WallRays) -> Floats:
-    length = np.log(np.maximum(rays.length, 1e-3).astype(np.float64))
-    cosine = np.log(np.maximum(rays.slant, 1e-3).astype(np.float64))
-    return np.column_stack([np.ones(len(rays)), length, length**2, cosine, cosine**2])
+def _on_face(rays: WallRays) -> Ints:
+    """Rays that ended at a face, with a known intensity."""
+    if rays.intensity is None:
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero((np.abs(rays.depth) < FACE_REACH) & (rays.slant > STEEP) & (rays.intensity > 0))
 
 
-def _robust_fit(terms: Floats, values: Floats) -> Floats | None:
-    """Factors of the terms nearest to the values, cell by cell, without what deviates most."""
+def _logarithms(rays: WallRays, rows: Ints) -> Floats:
+    """Logarithms of length and cosine of the incidence."""
+    return np.log(np.maximum(np.column_stack([rays.length[rows], rays.slant[rows]]), 1e-3), dtype=np.float64)
+
+
+def _polynomial(logarithms: Floats) -> Floats:
+    return np.column_stack([np.ones(len(logarithms)), logarithms, logarithms**2])
+
+
+def _robust_fit(logarithms: Floats, values: Floats) -> Floats | None:
+    """Factors of the polynomial nearest to the values, cell by cell, without what deviates most."""
     if not len(values):
         return None
-    cells = np.floor((terms[:, [1, 3]] - terms[:, [1, 3]].min(axis=0)) / CELL).astype(np.int64)
-    cell = cells[:, 0] * (int(cells[:, 1].max()) + 1) + cells[:, 1]
+    index = np.floor((logarithms - logarithms.min(axis=0)) / CELL).astype(np.int64)
+    cell = index[:, 0] * (int(index[:, 1].max()) + 1) + index[:, 1]
+    _, first, cell = np.unique(cell, return_index=True, return_inverse=True)
+    total = np.bincount(cell)
+    terms = _polynomial(np.column_stack([np.bincount(cell, weights=column) / total for column in logarithms.T]))
     keep = np.ones(len(values), dtype=bool)
     factors: Floats | None = None
     for _ in range(ROUNDS):
-        count = np.bincount(cell[keep])
+        count = np.bincount(cell[keep], minlength=len(first))
         full = np.flatnonzero(count >= FEW)
         if len(full) < terms.shape[1]:
             return factors
-        weight = np.sqrt(count[full])[:, None]
-        means = [np.bincount(cell[keep], weights=column[keep])[full] / count[full] for column in (*terms.T, values)]
-        table = np.column_stack(means) * weight
-        factors = np.asarray(np.linalg.lstsq(table[:, :-1], table[:, -1], rcond=SMALLEST_SINGULAR)[0], dtype=np.float64)
-        deviation = values - terms @ factors
+        weight = np.sqrt(count[full])
+        mean = np.bincount(cell[keep], weights=values[keep], minlength=len(first))[full] / count[full]
+        solved = np.linalg.lstsq(terms[full] * weight[:, None], mean * weight, rcond=SMALLEST_SINGULAR)[0]
+        factors = np.asarray(solved, dtype=np.float64)
+        deviation = values - (terms @ factors)[cell]
         middle = float(np.median(deviation[keep]))
         spread = 1.4826 * float(np.median(np.abs(deviation[keep] - middle)))
         keep = np.abs(deviation - middle) <= OUTLIER * spread

@@ -18,13 +18,15 @@ COLUMN = 0.10  # metres along a wall
 NARROWEST = 1.0  # metres: a recess with an opening in it is wider
 
 
-def recess_depth(rays: WallRays, *, tolerance: float) -> float | None:
+def recess_depth(rays: WallRays, *, side: int, tolerance: float) -> float | None:
     """Depth behind the face at which most hits lie, if they are as many as those of a recess.
 
     Parameters
     ----------
     rays : WallRays
-        Rays at one wall from one side, with corrected depths.
+        Rays at one wall, with corrected depths.
+    side : int
+        Side that they came from: 1 left, -1 right.
     tolerance : float
         Hits closer than this to a face are on it, metres.
 
@@ -33,7 +35,7 @@ def recess_depth(rays: WallRays, *, tolerance: float) -> float | None:
     float or None
         Metres; None where there is no recess.
     """
-    steep = rays.slant > STEEP
+    steep = (rays.slant > STEEP) & (rays.side == side)
     behind = steep & (rays.depth > tolerance) & (rays.depth < DEEPEST)
     depth = np.sort(rays.depth[behind].astype(np.float64))
     if not len(depth):

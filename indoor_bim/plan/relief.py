@@ -104,12 +104,10 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
 
 def _turn(along: Floats, depth: Floats) -> float:
     """Change of depth along a face, metres per metre: the median over pairs of places, which no leaf or recess changes."""
-    order = np.lexsort((depth, along))
-    column = np.floor((along[order] - along[order[0]]) / TURN_STEP).astype(np.int64)
-    first = np.flatnonzero(np.diff(column, prepend=-1))
-    total, count = np.add.reduceat(depth[order], first), np.diff(first, append=len(order))
-    full = count >= ENOUGH_HITS
-    name, mean = column[first][full], (total / count)[full]
+    column = np.floor((along - along.min()) / TURN_STEP).astype(np.int64)
+    count = np.bincount(column)
+    name = np.flatnonzero(count >= ENOUGH_HITS)
+    mean = np.bincount(column, weights=np.round(depth / QUANTUM))[name] * QUANTUM / count[name]
     partner = np.searchsorted(name, name + TURN_LAG)
     paired = np.flatnonzero((partner < len(name)) & (name[np.minimum(partner, len(name) - 1)] == name + TURN_LAG))
     if len(paired) < ENOUGH_PAIRS:

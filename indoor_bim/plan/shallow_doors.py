@@ -24,6 +24,7 @@ WINDOWS = ((0.0, 0.0), (0.5, 0.2))  # metres up and along: steps of two centimet
 SURE = 4.0  # times the standard error of a cell
 SURE_STEP = 5.0  # times the standard error of a step
 STRIP = (0.04, 0.25)  # metres beyond an edge: the wall beside a door
+LEAST_AREA = 0.2  # of the smallest door: where less stands out nothing is looked for
 LINTEL = 0.10  # metres of wall at least above a door
 ENOUGH = 30  # hits on each strip
 FLAT = 1.4  # times the scatter of the wall: a leaf is as flat
@@ -82,6 +83,8 @@ def find_shallow_doors(
         sure = (hits >= 3) & (np.abs(mean) > np.maximum(face.smallest, SURE * face.scatter / np.sqrt(np.maximum(hits, 1))))
         for sign in (1, -1):
             stepped = sure & (mean * sign > 0)
+            if int(stepped.sum()) * cell**2 < LEAST_AREA * min_width * min_height:
+                continue
             for hole in find_holes(stepped, (hits >= 3) & ~stepped, cell=cell, min_width=min_width, min_height=min_height - FLOOR):
                 if hole.bottom > FLOOR or hole.width > max_width or not min_height <= hole.top <= max_height:
                     continue
@@ -101,24 +104,25 @@ def _faces(rays: WallRays, relief: tuple[Relief, ...], *, scatter: float, cell: 
     brightness = rays.brightness if rays.brightness is not None else np.full(len(rays), np.nan, dtype=np.float32)
     on_face = np.isfinite(brightness) & (np.abs(rays.depth) < max(ON_FACE, 2 * scatter)) & steep
     for face in relief if on_face.any() else ():
-        rows_here = on_face & (rays.side == face.side)
-        mine, value = rays.take(rows_here), brightness[rows_here].astype(np.float64)
+        mine = np.flatnonzero(on_face & (rays.side == face.side))
+        value = brightness[mine].astype(np.float64)
+        along, up = _places(rays, mine)
         rows, columns = face.hits.shape
-        row, column = np.clip(mine.up_end // cell, 0, rows - 1), np.clip(mine.along_end // cell, 0, columns - 1)
+        row, column = np.clip(up // cell, 0, rows - 1), np.clip(along // cell, 0, columns - 1)
         place = row.astype(np.int64) * columns + column.astype(np.int64)
         hits = np.bincount(place, minlength=rows * columns)
         mean = np.bincount(place, weights=value, minlength=rows * columns) / np.maximum(hits, 1)
         spread = 1.4826 * float(np.median(np.abs(value - mean[place]))) if len(value) else 0.0
         cells = (mean.reshape(rows, columns), hits.reshape(rows, columns))
-        yield _Face(*_places(mine), value, *cells, scatter=spread, smallest=SMALLEST_CONTRAST, largest=np.inf)
+        yield _Face(along, up, value, *cells, scatter=spread, smallest=SMALLEST_CONTRAST, largest=np.inf)
     for face in relief:
-        mine = rays.take((rays.side == face.side) & (np.abs(rays.depth) < LARGEST_STEP + 3 * scatter) & steep)
-        depth = mine.depth.astype(np.float64)
-        yield _Face(*_places(mine), depth, face.depth, face.hits, scatter=scatter, smallest=SMALLEST_STEP, largest=LARGEST_STEP)
+        mine = np.flatnonzero((rays.side == face.side) & (np.abs(rays.depth) < LARGEST_STEP + 3 * scatter) & steep)
+        depth = rays.depth[mine].astype(np.float64)
+        yield _Face(*_places(rays, mine), depth, face.depth, face.hits, scatter=scatter, smallest=SMALLEST_STEP, largest=LARGEST_STEP)
 
 
-def _places(rays: WallRays) -> tuple[Floats, Floats]:
-    return rays.along_end.astype(np.float64), rays.up_end.astype(np.float64)
+def _places(rays: WallRays, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    return rays.along_end[rows].astype(np.float64), rays.up_end[rows].astype(np.float64)
 
 
 def _box_sums(values: NDArray, window: tuple[float, float], *, cell: float) -> NDArray:

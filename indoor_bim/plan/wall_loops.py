@@ -9,18 +9,19 @@ from indoor_bim.compiled import compiled
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _wall = types.Array(types.float64, 1, "C", readonly=True)
-_rows, _counts = types.Array(types.int32, 1, "C"), types.Array(types.int64, 1, "C")
+_rows, _names = types.Array(types.int32, 1, "C"), types.Array(types.int16, 1, "C")
 _table = types.Array(types.float32, 2, "C")
 _places = types.Array(types.float64, 2, "C")
 _f64 = types.float64
 
 
-@compiled(_points, _points, _points, _f64, _f64, types.boolean, _counts, _rows)
-def rays_of_walls(points, sensors, walls, front, margin, fill, place, rows):  # type: ignore[no-untyped-def]
-    """Rays that came to each wall, a row of `walls` for each: x, y, dx, dy, half, length, base, height.
+@compiled(_points, _points, _points, _f64, _f64, _rows, _names)
+def rays_of_walls(points, sensors, walls, front, margin, rows, names):  # type: ignore[no-untyped-def]
+    """Write the numbers of rays and walls that came together, as many as there is room for; return how many there are.
 
-    Without `fill` they are counted in `place`; with it their numbers are written to `rows`, from `place` on.
+    `walls` has a row for each: x, y, dx, dy, half, length, base, height.
     """
+    found = 0
     for i in range(len(points)):
         sx, sy, sz = sensors[i, 0], sensors[i, 1], sensors[i, 2]
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
@@ -40,9 +41,10 @@ def rays_of_walls(points, sensors, walls, front, margin, fill, place, rows):  # 
             along = (sx + share * (px - sx) - x) * dx + (sy + share * (py - sy) - y) * dy
             if not (along > -margin and along < walls[w, 5] + margin):
                 continue
-            if fill:
-                rows[place[w]] = i
-            place[w] += 1
+            if found < len(rows):
+                rows[found], names[found] = i, w
+            found += 1
+    return found
 
 
 @compiled(_points, _points, _rows, _wall, _table)
@@ -70,9 +72,10 @@ def ray_fields(points, sensors, rows, wall, fields):  # type: ignore[no-untyped-
         fields[9, k] = length
 
 
-@compiled(_points, _points, _f64, _f64, types.boolean, _counts, _rows)
-def points_of_walls(points, walls, reach, margin, fill, place, rows):  # type: ignore[no-untyped-def]
-    """Points close to each wall; walls and the way of counting and writing as in `rays_of_walls`."""
+@compiled(_points, _points, _f64, _f64, _rows, _names)
+def points_of_walls(points, walls, reach, margin, rows, names):  # type: ignore[no-untyped-def]
+    """Write the numbers of points and of the walls that they are close to, as `rays_of_walls` does."""
+    found = 0
     for i in range(len(points)):
         px, py, pz = points[i, 0], points[i, 1], points[i, 2]
         for w in range(len(walls)):
@@ -82,9 +85,10 @@ def points_of_walls(points, walls, reach, margin, fill, place, rows):  # type: i
             along = (px - x) * dx + (py - y) * dy
             up = pz - walls[w, 6]
             if along > -margin and along < walls[w, 5] + margin and up > -margin and up < walls[w, 7] + margin:
-                if fill:
-                    rows[place[w]] = i
-                place[w] += 1
+                if found < len(rows):
+                    rows[found], names[found] = i, w
+                found += 1
+    return found
 
 
 @compiled(_points, _rows, _wall, _places)

@@ -16,6 +16,7 @@ Ints = NDArray[np.int64]
 Int32s = NDArray[np.int32]
 
 FRONT = 0.15  # metres before a face: points farther away are not on it
+USUAL_PAIRS = 3  # walls that a ray comes to
 METRES = ("depth", "along", "up", "along_far", "up_far", "along_end", "up_end", "slant", "length")
 MARGIN = 0.30  # metres beyond the ends of a wall that belong to its picture
 
@@ -130,7 +131,7 @@ def rays_at_walls(
     boxes = wall_table(walls)
     points, sensors = np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(sensors, dtype=np.float64)
     found = []
-    for box, rows in zip(boxes, rows_of_walls(rays_of_walls, len(boxes), points, sensors, boxes, FRONT, MARGIN), strict=True):
+    for box, rows in zip(boxes, rows_of_walls(rays_of_walls, len(boxes), len(points), points, sensors, boxes, FRONT, MARGIN), strict=True):
         fields = np.zeros((10, len(rows)), dtype=np.float32)
         ray_fields(points, sensors, rows, box, fields)
         metres = dict(zip(METRES, fields[1:], strict=True))
@@ -151,21 +152,25 @@ def wall_table(walls: Sequence[WallBox]) -> Floats:
     return np.array(rows, dtype=np.float64).reshape(-1, 8)
 
 
-def rows_of_walls(loop: Callable[..., None], walls: int, *given: Any) -> list[Int32s]:
-    """Rows that a compiled loop finds for each wall, in ascending order: they are counted first, then written.
+def rows_of_walls(loop: Callable[..., int], walls: int, points: int, *given: Any) -> list[Int32s]:
+    """Rows that a compiled loop finds for each wall, in ascending order.
 
     Parameters
     ----------
     loop : callable
-        Counts or writes the rows of all walls.
-    walls : int
-        Number of walls.
+        Writes pairs of row and wall as far as there is room, and tells their number.
+    walls, points : int
+        Number of walls and of rows.
     *given : values
         First arguments of the loop.
     """
-    count, nothing = np.zeros(walls, dtype=np.int64), np.zeros(0, dtype=np.int32)
-    loop(*given, False, count, nothing)
-    first = np.concatenate([[0], np.cumsum(count)])
-    rows = np.zeros(int(first[-1]), dtype=np.int32)
-    loop(*given, True, first[:-1].copy(), rows)
-    return [rows[a:b] for a, b in itertools.pairwise(first)]
+    room = USUAL_PAIRS * points
+    while True:
+        rows, names = np.zeros(room, dtype=np.int32), np.zeros(room, dtype=np.int16)
+        count = loop(*given, rows, names)
+        if count <= room:
+            break
+        room = count
+    order = np.argsort(names[:count], kind="stable")
+    first = np.searchsorted(names[order], np.arange(walls + 1))
+    return [rows[order[a:b]] for a, b in itertools.pairwise(first)]
