@@ -2,13 +2,15 @@
 
 Usage: ``python benchmarks/line_recognition.py [--only NAME] [--points N] [--scenes DIR]``. Prints two Markdown tables.
 
-- Recognition rate of lines of 5-15, 15-25, 25-35 and more than 35 cm: a line counts as recognised when a line of the result looks the same
-  way within 10 degrees, lies within 5 cm (and half the line's length) of it and covers more than half of it; above 35 cm several lines may do so
-  together, below 35 cm the line of the result must not be more than twice as long. Once for the completed contour, once for the faces of the walls in the model.
+- Recognition rate of lines of 5-15, 15-25, 25-35 and more than 35 cm: a line counts as recognised when a line of the result looks the
+  same way within 10 degrees, lies within 5 cm (and half the line's length) of it and covers more than half of it; above 35 cm several
+  lines may do so together, below 35 cm the line of the result must not be more than twice as long. Once for the completed contour, once
+  for the faces of the walls in the model.
 - Root mean square error of the corners of the room in a workshop hall with eight corners.
 
-Generated: the hall, and a hall whose walls have steps of 10, 20 and 30 cm, scanned from tripods and walked with a backpack. Scenes that another
-scanner simulation made are added where a folder of them is given or lies at ``../shared/scenes``; what their scan did not hit is not asked for.
+Generated: the hall, and a hall whose walls have steps of 10, 20 and 30 cm, scanned from tripods and walked with a backpack. Scenes that
+another scanner simulation made are added where a folder of them is given or lies at ``../shared/scenes``; what their scan did not hit
+is not asked for.
 """
 
 from __future__ import annotations

@@ -28,7 +28,8 @@ def without_boxes(faces: Segments) -> Segments:
     Examples
     --------
     >>> from dataclasses import replace
-    >>> wall_and_box = Segments.from_ends([[0, 0], [2, 0], [2, 0.6], [3.4, 0.6], [3.4, 0]], [[2, 0], [2, 0.6], [3.4, 0.6], [3.4, 0], [6, 0]])
+    >>> corners = [[0, 0], [2, 0], [2, 0.6], [3.4, 0.6], [3.4, 0], [6, 0]]
+    >>> wall_and_box = Segments.from_ends(corners[:-1], corners[1:])
     >>> len(without_boxes(replace(wall_and_box, sided=np.ones(5, dtype=bool))))
     2
     """

@@ -157,9 +157,9 @@ def merge_lines(
             getattr(lines, name)[changed] = getattr(fitted, name)
         p[changed], q[changed] = ends
     swap = (q[:, 0] < p[:, 0]) | ((q[:, 0] == p[:, 0]) & (q[:, 1] < p[:, 1]))
-    ends = np.round(np.where(swap[:, None], np.hstack([q, p]), np.hstack([p, q])), 6)
+    places = np.round(np.where(swap[:, None], np.hstack([q, p]), np.hstack([p, q])), 6)
     rank = np.zeros(count, dtype=np.int64)
-    rank[np.lexsort(ends.T[::-1])] = np.arange(count)
+    rank[np.lexsort(places.T[::-1])] = np.arange(count)
     out: Ints = np.where(group >= 0, rank[group], -1) if count else group
     return out
 
@@ -167,7 +167,7 @@ def merge_lines(
 def _mean_front(front: Floats, size: Ints, target: Ints) -> Floats:
     """Places in front of the sets that are left when each set goes into its target: means weighted by their points."""
     weight = np.where(np.isfinite(front[:, 0]), size, 0)
-    present, number = np.unique(target, return_inverse=True)
+    _, number = np.unique(target, return_inverse=True)
     total = np.bincount(number, weights=weight)
     sums = np.column_stack([np.bincount(number, weights=weight * np.nan_to_num(front[:, k])) for k in (0, 1)])
     return np.where(total[:, None] > 0, sums / np.maximum(total, 1)[:, None], np.nan)

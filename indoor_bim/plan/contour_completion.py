@@ -26,7 +26,8 @@ class Contour:
     segments : Segments
         The segments, ends moved.
     follows : (m, 2) int64
-        For the start and the end of each segment the end that it is linked to, as twice its row plus 0 for a start and 1 for an end; -1: none.
+        For the start and the end of each segment the end that it is linked to, as twice its row plus 0 for a start and 1 for
+        an end; -1: none.
     kind : (m, 2) int8
         How: `CORNER`, `CLOSED`, `STEP`, `GAP`; 0: not linked.
     """
@@ -70,10 +71,10 @@ class Contour:
 def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5, far_reach: float = 2.0, widest: float = 3.0) -> Contour:
     """Complete the contour that segments are parts of (section 1.4.2).
 
-    Ends of two segments are linked, the nearest first, each to one other end; ends of faces whose side is known only so that free space stays on
-    the same side. At an angle of 45 to 90 degrees both become the intersection of the lines. At a smaller angle and end to end, both become
-    their mean where they are less than `gap` apart along x and along y; otherwise the gap is left for a door or window. Segments
-    that lie side by side are left alone.
+    Ends of two segments are linked, the nearest first, each to one other end; ends of faces whose side is known only so that free
+    space stays on the same side. At an angle of 45 to 90 degrees both become the intersection of the lines. At a smaller angle and
+    end to end, both become their mean where they are less than `gap` apart along x and along y; otherwise the gap is left for a
+    door or window. Segments that lie side by side are left alone.
 
     The paper takes the mean of both coordinates, which bends walls that jump. Here ends that are more than `IN_LINE` apart across the
     segments meet half way along, and a step remains between them.

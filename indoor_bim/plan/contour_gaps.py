@@ -78,7 +78,7 @@ def contour_gaps(
     gaps = []
     for k, hit in enumerate(hits):
         step = float(faces.length[k]) / len(hit)
-        front = np.any([rows[k] for rows in before], axis=0)
+        front = np.stack([rows[k] for rows in before]).any(axis=0)
         for first, last in _runs(hit, image, slices, least=narrowest / step):
             rows = _empty_layers(hit[first:last], image, slices)
             if rows is None:
@@ -100,7 +100,7 @@ def _runs(hit: Layers, image: LayerImage, slices: Sequence[Slice], *, least: flo
     """Ranges of steps that are empty at the height of a slice, joined where they overlap."""
     empty = np.zeros(len(hit), dtype=bool)
     for part in slices:
-        at_slice = ~hit[:, image.rows(part.low, part.high)].any(axis=1)
+        at_slice = np.logical_not(hit[:, image.rows(part.low, part.high)].any(axis=1))
         for first, last in _ranges(at_slice):
             if last - first >= least:
                 empty[first:last] = True

@@ -89,8 +89,8 @@ def share_at_ceiling(segments: Segments, points: Floats, *, height: float, reach
     reach : float
         Points within this distance of a face lie on it, metres.
     depth : float
-        How far below the ceiling is looked, metres: the less, the better walls are told from door leaves and panes; the more, the fewer points are
-        needed.
+        How far below the ceiling is looked, metres: the less, the better walls are told from door leaves and panes; the more, the
+        fewer points are needed.
     """
     band = points[(points[:, 2] > height - depth) & (points[:, 2] < height - CEILING_NOISE)] - [0.0, 0.0, height - depth]
     if not len(band):

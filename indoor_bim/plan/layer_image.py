@@ -15,7 +15,7 @@ Layers = NDArray[np.bool_]
 
 MOST_LAYERS = 63  # bits of a pixel
 LAYER = 0.025  # metres: height of a layer where the storey is not too tall for it
-STEP = 0.05  # metres along a line between two samples
+SAMPLING = 0.05  # metres along a line: what one step of it is about as long as
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,14 +66,14 @@ def layer_image(points: Floats, *, height: float, cell: float = 0.025) -> LayerI
     level = np.floor(points[:, 2] / layer).astype(np.int64)
     inside = (level >= 0) & (level < count)
     place = np.floor(points[inside, :2] / cell).astype(np.int64)
-    low = place.min(axis=0) if len(place) else np.zeros(2, dtype=np.int64)
+    low: Ints = place.min(axis=0) if len(place) else np.zeros(2, dtype=np.int64)
     columns, rows = place.max(axis=0) - low + 1 if len(place) else (1, 1)
     pixel = (place[:, 1] - low[1]) * columns + place[:, 0] - low[0]
     level = level[inside]
     image = np.zeros(int(rows * columns), dtype=np.int64)
     for k in range(count):
         image[pixel[level == k]] |= np.int64(1) << k
-    return LayerImage(Raster(image.reshape(int(rows), int(columns)), low * cell, cell), layer, count)
+    return LayerImage(Raster(image.reshape(int(rows), int(columns)), np.array(low * cell, dtype=np.float64), cell), layer, count)
 
 
 def hits_along(image: LayerImage, p: Floats, q: Floats, *, reach: float, shift: float = 0.0) -> list[Layers]:
@@ -93,17 +93,17 @@ def hits_along(image: LayerImage, p: Floats, q: Floats, *, reach: float, shift: 
     Returns
     -------
     list of (k, layers) bool
-        For each line, and each of k equal steps of about `STEP` along it, the layers hit.
+        For each line, and each of k equal steps of about `SAMPLING` along it, the layers hit.
     """
     if not len(p):
         return []
     cell = image.bits.cell
     length = np.maximum(np.hypot(*(q - p).T), 1e-9)
-    steps = np.maximum(np.rint(length / STEP).astype(np.int64), 1)
+    steps = np.maximum(np.rint(length / SAMPLING).astype(np.int64), 1)
     direction = (q - p) / length[:, None]
     normal = np.column_stack([-direction[:, 1], direction[:, 0]])
     # samples a pixel apart, some in each step
-    each = max(int(np.ceil(STEP / cell)), 1)
+    each = max(int(np.ceil(SAMPLING / cell)), 1)
     row = np.repeat(np.arange(len(p)), steps * each)
     first = np.cumsum(steps * each) - steps * each
     at = (np.arange(len(row)) - first[row] + 0.5) / (steps * each)[row]

@@ -17,8 +17,8 @@ LINE_LIKE = 0.6  # of the standard deviation along a neighbourhood: one that is 
 def local_lines(xy: Floats, *, radius: float) -> tuple[Floats, Floats, Floats]:
     """Line through the neighbourhood of each point.
 
-    Neighbours are weighted by a normal distribution, those in one pixel by the root of their number. Their moments are summed in an image and smoothed there, so that the cost grows with
-    the area and not with the number of neighbours.
+    Neighbours are weighted by a normal distribution, those in one pixel by the root of their number. Their moments are summed in an
+    image and smoothed there, so that the cost grows with the area and not with the number of neighbours.
 
     Parameters
     ----------

@@ -40,8 +40,8 @@ def scatter(distance: Floats) -> float:
 def scanner_noise(points: Floats, scanner: Floats, group: Ints, lines: PolarLines) -> tuple[float, float]:
     """Range and bearing noise that explain the distances of points from their lines.
 
-    The variance of a distance is that of the range times the squared cosine of the angle of incidence, and that of the bearing times the squared
-    range times the squared sine: two unknowns, by least squares on what lies within three standard deviations.
+    The variance of a distance is that of the range times the squared cosine of the angle of incidence, and that of the bearing
+    times the squared range times the squared sine: two unknowns, by least squares on what lies within three standard deviations.
 
     Parameters
     ----------

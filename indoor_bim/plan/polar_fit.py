@@ -144,8 +144,7 @@ def fit_lines(points: Floats, group: Ints, covariance: Floats, *, count: int | N
     m = int(group.max(initial=-1)) + 1 if count is None else count
 
     def total(values: Floats) -> Floats:
-        sums: Floats = np.bincount(group, weights=values, minlength=m)
-        return sums
+        return np.asarray(np.bincount(group, weights=values, minlength=m), dtype=np.float64)
 
     size = np.maximum(total(np.ones(len(group))), 1)
     start = np.column_stack([total(points[:, k]) / size for k in (0, 1)])
@@ -159,7 +158,7 @@ def fit_lines(points: Floats, group: Ints, covariance: Floats, *, count: int | N
         at = group[rows]
 
         def sums(values: Floats, at: Ints = at) -> Floats:
-            return np.bincount(at, weights=values, minlength=m)[moving]
+            return np.asarray(np.bincount(at, weights=values, minlength=m)[moving], dtype=np.float64)
 
         c, s = np.cos(alpha)[at], np.sin(alpha)[at]
         weight = 1 / (c * c * xx[rows] + 2 * c * s * xy[rows] + s * s * yy[rows])

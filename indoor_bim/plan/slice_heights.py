@@ -94,7 +94,8 @@ def layer_evidence(points: Floats, *, height: float, cell: float = CELL, layer: 
     clutter = np.bincount(level[other], minlength=layers)
     points_in = np.bincount(column, weights=count)[wall]
     density = float(np.median(points_in)) / cell / (layers * layer) if wall.any() else 0.0
-    return LayerEvidence(CLEARANCE + (np.arange(layers) + 0.5) * layer, hit, clutter, density)
+    middles: Floats = CLEARANCE + (np.arange(layers, dtype=np.float64) + 0.5) * layer
+    return LayerEvidence(middles, hit, clutter, density)
 
 
 def slice_thickness(evidence: LayerEvidence, *, spacing: float, height: float) -> float:
