@@ -232,21 +232,24 @@ def usual_density(polygon: shapely.Polygon, space: FreeSpace) -> float:
     return float(np.median(density[density > 0])) / space.cell**2 if (density > 0).any() else 0.0
 
 
-def roofed(space: FreeSpace, *, coarse: float = 0.5, share: float = 0.2) -> Raster:
-    """Where the surface overhead was hit here and there, however thinly.
+def roofed(space: FreeSpace, *, coarse: float = 0.5) -> Raster:
+    """Where the surface overhead was hit here and there, however thinly, but not all along a line as the top of a wall is.
 
     Parameters
     ----------
     space : FreeSpace
         Hits of floor and ceiling.
     coarse : float
-        Side of the pixels of the result, metres; each looks at its eight neighbours as well.
-    share : float
-        Share of these nine that are hit at least.
+        Side of the pixels of the result, metres; of each and its eight neighbours two have to be hit, and not just three in a line.
     """
     from scipy import ndimage
 
     step = round(coarse / space.cell)
     rows, columns = (np.array(space.ceiling.shape) // step) * step
     hit = space.ceiling[:rows, :columns].reshape(rows // step, step, columns // step, step).max(axis=(1, 3)) > 0
-    return Raster(ndimage.uniform_filter(hit.astype(np.float32), 3) > share, space.low, space.cell * step)
+    around = np.rint(9 * ndimage.uniform_filter(hit.astype(np.float32), 3))
+    line = np.zeros_like(hit)
+    for axis in (0, 1):
+        full = 3 * ndimage.uniform_filter1d(hit.astype(np.float32), 3, axis=axis) > 2.5
+        line |= ndimage.maximum_filter1d(full, 3, axis=1 - axis)
+    return Raster((around >= 2) & ~(line & (around == 3)), space.low, space.cell * step)

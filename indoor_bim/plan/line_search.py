@@ -51,7 +51,7 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
     sweeps = []
     lines = FaceLines.none()
     for strips, sparse in ((BELOW_CEILING, np.inf), (THIN, FINELY), (FAR, AFAR)):
-        candidates = points if np.isinf(sparse) else points.take(thinly_scanned(points, overhead, sparse=sparse))
+        candidates = points if np.isinf(sparse) else points.take(thinly_scanned(points, overhead, sparse=sparse, whole=strips is FAR))
         if not len(candidates):
             continue
         found = []

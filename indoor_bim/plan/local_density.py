@@ -11,7 +11,9 @@ from indoor_bim.plan.raster import Raster
 Bools = NDArray[np.bool_]
 
 
-def thinly_scanned(points: WallPoints, overhead: Raster, *, sparse: float, cell: float = 0.40, step: float = 0.30) -> Bools:
+def thinly_scanned(
+    points: WallPoints, overhead: Raster, *, sparse: float, whole: bool = False, cell: float = 0.40, step: float = 0.30
+) -> Bools:
     """Points of columns whose upper end holds few points per area, as walls that were seen from far away or through a door.
 
     The points are counted for each of the four quarters that they were seen from, so that the far side of a wall that is
@@ -25,8 +27,10 @@ def thinly_scanned(points: WallPoints, overhead: Raster, *, sparse: float, cell:
         Points per square metre of the surface overhead.
     sparse : float
         Points per square metre below which a surface is sparse.
+    whole : bool
+        The columns have to be sparse down to the floor.
     cell : float
-        Side of the columns, and the height of their upper end, metres.
+        Side of the cubes that make up the columns, metres.
     step : float
         The surface overhead is looked up this far towards the scanner, metres.
 
@@ -50,6 +54,9 @@ def thinly_scanned(points: WallPoints, overhead: Raster, *, sparse: float, cell:
         quarter = 2 * crosswise + np.where(crosswise, x > 0, y > 0)
         spot = towards_scanner(points.xy, points.sensor, step)
     key = (quarter * shape[0] + columns[0]) * shape[1] + columns[1]
-    count = np.bincount(key[points.depth < cell], minlength=4 * shape[0] * shape[1]).reshape(4, *shape)
-    few: Bools = ndimage.maximum_filter(count, size=(1, 3, 3)).ravel()[key] < sparse * cell**2
+    layer = np.maximum((points.depth / cell).astype(np.int64), 0)
+    densest = np.zeros(4 * shape[0] * shape[1], dtype=np.int64)
+    for height in range(int(layer.max()) + 1 if whole else 1):
+        np.maximum(densest, np.bincount(key[layer == height], minlength=len(densest)), out=densest)
+    few: Bools = ndimage.maximum_filter(densest.reshape(4, *shape), size=(1, 3, 3)).ravel()[key] < sparse * cell**2
     return few & (clamp_sample(overhead, spot) < sparse)
