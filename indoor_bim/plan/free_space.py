@@ -247,9 +247,9 @@ def roofed(space: FreeSpace, *, coarse: float = 0.5) -> Raster:
     step = round(coarse / space.cell)
     rows, columns = (np.array(space.ceiling.shape) // step) * step
     hit = space.ceiling[:rows, :columns].reshape(rows // step, step, columns // step, step).max(axis=(1, 3)) > 0
-    around = np.rint(9 * ndimage.uniform_filter(hit.astype(np.float32), 3))
+    around = np.rint(9 * ndimage.uniform_filter(hit.astype(np.float32), 3, mode="constant"))
     line = np.zeros_like(hit)
     for axis in (0, 1):
-        full = 3 * ndimage.uniform_filter1d(hit.astype(np.float32), 3, axis=axis) > 2.5
+        full = 3 * ndimage.uniform_filter1d(hit.astype(np.float32), 3, axis=axis, mode="constant") > 2.5
         line |= ndimage.maximum_filter1d(full, 3, axis=1 - axis)
     return Raster((around >= 2) & ~(line & (around == 3)), space.low, space.cell * step)

@@ -61,6 +61,8 @@ def other_directions(points: WallPoints, *, cell: float = 0.40, least: float = 0
     hits = np.unique(np.column_stack([np.floor(points.xy / 0.03).astype(np.int64), layer]), axis=0)
     spots, layers = np.unique(hits[:, :2], axis=0, return_counts=True)
     filled = layers >= 2
+    if not filled.any():
+        return []
     fine, weight = spots[filled] * 0.03 + 0.015, layers[filled].astype(np.float64)
     angles, lengths = [], []
     for shift in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)):

@@ -1,0 +1,183 @@
+"""Walls that hold few points: where the scan is thin, the lines that are found there, the faces of places that were only looked into."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+
+from indoor_bim.plan.cells import cut_into_cells
+from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.face_lines import FaceLines
+from indoor_bim.plan.free_space import FreeSpace, extent, in_front, roofed, usual_density
+from indoor_bim.plan.line_search import AFAR, beside, find_lines
+from indoor_bim.plan.local_density import thinly_scanned
+from indoor_bim.plan.loose_faces import attached, opaque, reach_out, without_doubles
+from indoor_bim.plan.raster import Raster
+
+HEIGHT = 2.5
+NOTHING_OVERHEAD = Raster(np.zeros((1, 1)), np.array([-50.0, -50.0]), 100.0)
+
+
+def wall(p, q, *, density, seen_from, low=0.06, high=HEIGHT - 0.06, noise=0.008, seed=0):
+    """Points on a wall from p to q, so many per square metre."""
+    rng = np.random.default_rng(seed)
+    p, q = np.asarray(p, float), np.asarray(q, float)
+    length = np.hypot(*(q - p))
+    count = int(density * length * (high - low))
+    d = (q - p) / length
+    xy = p + rng.random(count)[:, None] * (q - p) + rng.normal(0, noise, count)[:, None] * np.array([-d[1], d[0]])
+    z = rng.uniform(low, high, count)
+    return WallPoints(xy, z / HEIGHT, HEIGHT - z, np.tile(np.asarray(seen_from, float), (count, 1)))
+
+
+def together(*parts):
+    return WallPoints(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("xy", "rise", "depth", "sensor")))
+
+
+def line(angle, offset, start, end):
+    """One line from its angle in degrees."""
+    one = [np.array([v], float) for v in (np.radians(angle), offset, start, end, 0.01)]
+    return FaceLines(*one, np.zeros(1, dtype=np.int64))
+
+
+def test_the_far_side_of_a_dense_wall_is_thinly_scanned():
+    near = wall((0, 0), (5, 0), density=2000, seen_from=(2.5, -2))
+    far = wall((5, 0.2), (0, 0.2), density=50, seen_from=(2.5, 6), seed=1)
+    thin = thinly_scanned(together(near, far), NOTHING_OVERHEAD, sparse=300)
+    assert not thin[: len(near)].any()
+    assert thin[len(near) :].mean() > 0.95
+
+
+def test_below_a_densely_scanned_ceiling_nothing_counts_as_thin():
+    points = wall((0, 0), (5, 0), density=50, seen_from=(2.5, -2))
+    dense = Raster(np.full((1, 1), 400.0), np.array([-50.0, -50.0]), 100.0)
+    assert thinly_scanned(points, NOTHING_OVERHEAD, sparse=300).all()
+    assert not thinly_scanned(points, dense, sparse=300).any()
+
+
+def test_a_cupboard_with_few_points_above_it_was_not_seen_from_afar():
+    cupboard = wall((0, 0), (2, 0), density=900, seen_from=(1, -2), high=2.0)
+    assert thinly_scanned(cupboard, NOTHING_OVERHEAD, sparse=AFAR).all()
+    middle = (cupboard.xy[:, 0] > 0.4) & (cupboard.xy[:, 0] < 1.6)
+    assert not thinly_scanned(cupboard, NOTHING_OVERHEAD, sparse=AFAR, whole=True)[middle].any()
+
+
+@pytest.mark.parametrize("density", [12, 40, 150])
+def test_a_thin_wall_is_found_where_it_is(density):
+    dense = wall((0, 0), (8, 0), density=3000, seen_from=(4, 2))
+    thin = wall((8, 9.0), (0, 9.0), density=density, seen_from=(4, 2), seed=3)
+    points = together(dense, thin)
+    lines, _ = find_lines(points, NOTHING_OVERHEAD)
+    (far,) = np.flatnonzero(np.abs(lines.offset * lines.normal[:, 1] - 9.0) < 0.1)
+    assert abs(lines.offset[far] * lines.normal[far, 1] - 9.0) < 0.006
+    assert lines.normal[far, 1] == pytest.approx(-1, abs=1e-3)
+    assert lines.end[far] - lines.start[far] > 6.5
+
+
+def test_scattered_points_are_no_wall():
+    rng = np.random.default_rng(5)
+    count = 1200
+    z = rng.uniform(0.06, 2.44, count)
+    scattered = WallPoints(rng.uniform(0, 10, (count, 2)), z / HEIGHT, HEIGHT - z, np.tile([5.0, -3.0], (count, 1)))
+    lines, _ = find_lines(scattered, NOTHING_OVERHEAD)
+    assert len(lines) == 0
+
+
+def test_lines_do_not_depend_on_the_order_of_points():
+    points = together(wall((0, 0), (8, 0), density=800, seen_from=(4, 2)), wall((8, 9), (0, 9), density=15, seen_from=(4, 2), seed=3))
+    order = np.random.default_rng(0).permutation(len(points))
+    first, second = (find_lines(p, NOTHING_OVERHEAD)[0] for p in (points, points.take(order)))
+    np.testing.assert_array_equal(first.offset, second.offset)
+    np.testing.assert_array_equal(first.start, second.start)
+
+
+def test_a_pane_runs_beside_its_wall_and_a_wall_goes_on_in_itself():
+    certain = line(0, 1.0, 0.0, 6.0)
+    assert beside(line(0, 0.85, 2.0, 4.0), certain).all()
+    assert not beside(line(0, 0.98, 2.0, 4.0), certain).any()
+    assert not beside(line(0, 0.5, 2.0, 4.0), certain).any()
+    assert not beside(line(180, -0.85, -4.0, -2.0), certain).any()
+    assert not beside(line(0, 0.85, 5.5, 9.0), certain).any()
+
+
+def test_of_two_pieces_side_by_side_the_longer_stays():
+    p = np.array([[0.0, 0.0], [1.0, -0.2], [3.0, 0.2], [0.0, 1.0]])
+    q = np.array([[5.0, 0.0], [4.0, -0.2], [1.0, 0.2], [5.0, 1.0]])
+    assert without_doubles(p, q).tolist() == [True, False, True, True]
+
+
+def test_pieces_meet_in_a_corner_and_reach_the_room():
+    room = shapely.box(0, 0, 10, 5)
+    p = np.array([[4.0, 9.0], [9.5, 10.0]])
+    q = np.array([[4.0, 6.0], [6.0, 10.0]])
+    a, b = reach_out(p, q, room)
+    np.testing.assert_allclose(b[0], [4.0, 5.0])
+    np.testing.assert_allclose(a[0], [4.0, 10.0])
+    np.testing.assert_allclose(b[1], [4.0, 10.0])
+    np.testing.assert_allclose(a[1], [9.5, 10.0])
+    assert attached(a, b, room).all()
+
+
+def test_the_end_past_a_crossing_is_cut_off():
+    _, b = reach_out(np.array([[0.0, 0.0], [3.0, -4.0]]), np.array([[3.6, 0.0], [3.0, -0.5]]), shapely.Polygon())
+    np.testing.assert_allclose(b[0], [3.0, 0.0])
+    np.testing.assert_allclose(b[1], [3.0, 0.0])
+
+
+def test_a_reflection_lets_rays_pass():
+    rng = np.random.default_rng(2)
+    p, q = np.array([[5.0, 3.0]]), np.array([[0.0, 3.0]])
+    on = np.column_stack([rng.uniform(0.5, 4.5, 90), rng.normal(3.0, 0.01, 90), rng.uniform(0.5, 2.0, 90)])
+    beyond = np.column_stack([rng.uniform(0.5, 4.5, 60), np.full(60, 8.0), rng.uniform(0.5, 2.0, 60)])
+    over = beyond + np.array([0, 0, 40.0])
+    hits = np.vstack([on, beyond[:20]])
+    scanner = np.array([2.5, 0.0, 1.4])
+
+    def kept(hits):
+        return opaque(p, q, hits, np.tile(scanner, (len(hits), 1)), low=0.0, high=2.5).item()
+
+    assert kept(hits)
+    assert not kept(np.vstack([on, beyond]))
+    assert kept(np.vstack([hits, over])), "rays above the wall do not count"
+
+
+def space(ceiling, *, cell=0.05):
+    empty = np.zeros_like(ceiling)
+    return FreeSpace(ceiling, empty, ceiling * 0.5, empty, np.zeros(2), cell)
+
+
+def test_a_roof_is_hit_here_and_there_the_top_of_a_wall_along_a_line():
+    ceiling = np.zeros((200, 200), dtype=np.float32)
+    ceiling[5, :] = 1
+    ceiling[120::9, 100::13] = 1
+    seen = roofed(space(ceiling))
+    along_the_wall = seen.sample(np.array([[5.0, 0.25], [7.0, 0.6]]))
+    below_the_roof = seen.sample(np.array([[7.0, 8.0], [8.0, 7.5]]))
+    assert not along_the_wall.any()
+    assert below_the_roof.all()
+
+
+def test_a_tenth_of_the_pixels_of_five_centimetres_is_forty_points_per_square_metre():
+    ceiling = np.full((100, 100), 0.1, dtype=np.float32)
+    found = usual_density(shapely.box(1, 1, 4, 4), FreeSpace(ceiling, ceiling * 0, ceiling, ceiling * 0, np.zeros(2), 0.05))
+    assert found == pytest.approx(40.0, rel=1e-3)
+
+
+def test_in_front_of_faces_is_free_up_to_half_a_cell():
+    square = np.array([[0.0, 0.0], [4.0, 0.0], [4.0, 3.0], [0.0, 3.0]])
+    cells = cut_into_cells(square, np.roll(square, -1, axis=0))
+    seen = (cells.edge_line == 0).astype(float)
+    assert in_front(cells, seen, depth=0.6) == pytest.approx([2.4])
+    assert in_front(cells, np.ones(4), depth=0.6) == pytest.approx([6.0])
+
+
+def test_a_storey_reaches_as_far_as_its_ceiling_and_not_to_a_facade_across_the_street():
+    rng = np.random.default_rng(4)
+    ceiling = np.column_stack([rng.uniform(0, 6, 3000), rng.uniform(0, 5, 3000), np.full(3000, 2.5)])
+    glimpsed = np.column_stack([rng.uniform(6, 12, 400), rng.uniform(0, 5, 400), np.full(400, 2.5)])
+    facade = np.column_stack([np.full(500, 30.5), rng.uniform(0, 5, 500), rng.uniform(2.45, 2.55, 500)])
+    overhead = Raster(np.full((25, 30), 2.5), np.zeros(2), 0.2)
+    low, high = extent(overhead, np.vstack([ceiling, glimpsed, facade]), floor=0.0, top=2.7)
+    assert np.allclose(low, [-1.2, -1.2], atol=0.2)
+    assert np.allclose(high, [13.2, 6.2], atol=0.2)
