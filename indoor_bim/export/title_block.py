@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from math import hypot
 from statistics import median
+from typing import Self
 
 from indoor_bim.export.drawing import is_supported
 from indoor_bim.export.marks import Item, Layer, Mark, Stroke, Text, shorten, text_width, wrap
@@ -174,18 +176,39 @@ def _legend(storey: Storey) -> list[str]:
 
 
 def _note_texts(remarks: list[str], field: Rect) -> Iterator[Text]:
-    """Remarks in columns above the scale bar, or beside it on a wide field; as many lines as there is room for."""
-    above = field.width < _NARROW
-    place = Rect(field.x + 3, field.y, field.width - 6, field.height - _BAR_HEIGHT) if above else _beside(field)
-    rows = int((place.height - 1) / _NOTE_LEADING)
-    columns = max(1, int(place.width // _COLUMN))
-    width = place.width / columns
-    lines = [line for remark in remarks for line in wrap(remark, _NOTE, width=width - 3)]
-    if len(lines) > rows * columns:
-        lines = [*lines[: rows * columns - 1], "… more in the model"]
+    """Remarks in columns above the scale bar, or beside it where they need more room; as many lines as there is room for."""
+    above = Rect(field.x + 4, field.y, field.width - 7, field.height - _BAR_HEIGHT)
+    columns = _Columns.of(above, remarks)
+    if not columns.fit and field.width >= _NARROW:
+        columns = _Columns.of(_beside(field), remarks)
+    lines = columns.lines if columns.fit else (*columns.lines[: columns.room - 1], "… more in the model")
     for i, line in enumerate(lines):
-        column, row = divmod(i, rows)
-        yield Text((place.x + column * width, place.y + 3.5 + row * _NOTE_LEADING), line, _NOTE)
+        column, row = divmod(i, columns.rows)
+        yield Text((columns.place.x + column * columns.width, columns.place.y + 3.5 + row * _NOTE_LEADING), line, _NOTE)
+
+
+@dataclass(frozen=True, slots=True)
+class _Columns:
+    """Lines of text in columns of a place on the sheet."""
+
+    place: Rect
+    rows: int
+    width: float
+    lines: tuple[str, ...]
+
+    @classmethod
+    def of(cls, place: Rect, remarks: list[str]) -> Self:
+        width = place.width / max(1, int(place.width // _COLUMN))
+        lines = tuple(line for remark in remarks for line in wrap(remark, _NOTE, width=width - 3))
+        return cls(place, int((place.height - 1) / _NOTE_LEADING), width, lines)
+
+    @property
+    def room(self) -> int:
+        return self.rows * round(self.place.width / self.width)
+
+    @property
+    def fit(self) -> bool:
+        return len(self.lines) <= self.room
 
 
 def _beside(field: Rect) -> Rect:
