@@ -13,6 +13,7 @@ from indoor_bim.cloud.cloud import LevelledCloud
 from indoor_bim.cloud.levels import thin
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
+from indoor_bim.plan.beams import without_beams
 from indoor_bim.plan.built_in import without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
 from indoor_bim.plan.face_lines import FaceLines
@@ -121,7 +122,9 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     if overhead is not None:
         rooms = shapely.union_all([outline.polygon for outline in outlines])
         loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=ceiling or top)
-    plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, roof=overhead if pitched else None)
+    floor_seen = space.raster(space.floor)
+    roof = overhead if pitched else None
+    plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, floor_seen=floor_seen, roof=roof)
     if ceiling is not None:
         below = levelled.storeys[number - 1].ceiling if number else None
         between = {"low": below if below is not None else -np.inf, "high": above[0] if above else np.inf}
@@ -156,6 +159,7 @@ def _plan(
     floor: float,
     ceiling: float | None,
     seen: Raster,
+    floor_seen: Raster,
     roof: Raster | None = None,
 ) -> StoreyPlan:
     """Plan of a storey: the sides of all rooms are its faces."""
@@ -167,12 +171,13 @@ def _plan(
         for ring in (outline.exterior, *(hole for hole in outline.holes if hole not in standing)):
             p += list(ring.corners)
             q += list(ring.corners[1:] + ring.corners[:1])
-    faces = measure(Segments.from_ends(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2)), points)
+    rooms = tuple(outline.polygon for outline in outlines)
+    p, q = without_beams(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2), points, floor_seen, shapely.union_all(rooms))
+    faces = measure(Segments.from_ends(p, q), points)
     if ceiling is None:
         faces = faces.take(faces.coverage > 0.3)
     if roof is not None:
         faces = faces.take(~under_the_eaves(faces.p, faces.q, roof, floor=floor))
-    rooms = tuple(outline.polygon for outline in outlines)
     return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, columns=tuple(columns))
 
 
