@@ -123,7 +123,7 @@ def recognised(truth: Lines, result: Lines) -> NDArray[np.bool_]:
         return out
     way = (result.q - result.p) / np.maximum(result.length, 1e-9)[:, None]
     for k, (p, q, length) in enumerate(zip(truth.p, truth.q, truth.length, strict=True)):
-        d = (q - p) / length
+        d = (q - p) / max(length, 1e-9)
         n = np.array([-d[1], d[0]])
         ends = np.sort([(result.p - p) @ d, (result.q - p) @ d], axis=0)
         overlap = np.minimum(ends[1], length) - np.maximum(ends[0], 0.0)

@@ -78,7 +78,7 @@ def contour_gaps(
     gaps = []
     for k, hit in enumerate(hits):
         step = float(faces.length[k]) / len(hit)
-        front = np.stack([rows[k] for rows in before]).any(axis=0)
+        front = np.asarray(np.stack([rows[k] for rows in before]).any(axis=0))
         for first, last in _runs(hit, image, slices, least=narrowest / step):
             rows = _empty_layers(hit[first:last], image, slices)
             if rows is None:

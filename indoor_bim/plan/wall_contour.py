@@ -19,6 +19,7 @@ Points = NDArray[np.float64]
 
 SLACK = 0.05  # metres below the ceiling that are its own
 SHORT = 0.60  # metres: shorter faces are walls only as parts of a contour
+FOLD, COLUMN_SIDES = 0.25, 8  # metres, and number: longer sides are no folds, and columns have no more sides
 FOLDED = 1.4  # times the usual scatter of a wall: curtains
 TELLING = 0.008  # metres: in scans that scatter more, folds do not tell curtains from walls
 BELOW_CEILING = (0.025, 0.20)  # metres: depth of the band that every wall is in and no door, window or wardrobe
@@ -71,15 +72,26 @@ def wall_contour(walls: Segments, *, shortest: float, gap: float) -> Contour:
         Shorter gaps are closed, metres.
     """
     faces = without_boxes(without_doubles(walls, shortest=shortest))
+    if not len(faces):
+        return complete_contour(faces)
     usual = float(np.average(faces.rmse, weights=faces.length))
     faces = draw_curtains(faces, soft=(faces.rmse > FOLDED * usual) | (usual > TELLING))
     while True:
         contour = complete_contour(faces, gap=gap)
-        goes_on = (contour.follows >= 0).all(axis=1) | (contour.kind == CLOSED).any(axis=1)
-        stub = (contour.segments.length < SHORT) & ~goes_on
+        goes_on = (contour.follows >= 0).all(axis=1) | np.isin(contour.kind, (CLOSED, GAP)).any(axis=1)
+        stub = (contour.segments.length < SHORT) & ~goes_on | folds(contour)
         if not stub.any() or stub.all():
             return contour
         faces = faces.take(~stub)
+
+
+def folds(contour: Contour) -> NDArray[np.bool_]:
+    """Segments (m,) between short ones that are short themselves: folds of a curtain, unless they close a ring around a column."""
+    short = np.append(contour.segments.length < FOLD, False)
+    around = short[contour.follows // 2].all(axis=1) & (contour.follows >= 0).all(axis=1)
+    fold: NDArray[np.bool_] = short[:-1] & around
+    fold[[row for ring in contour.rings() if len(ring) <= COLUMN_SIDES for row in ring]] = False
+    return fold
 
 
 def with_bridges(contour: Contour) -> Segments:
