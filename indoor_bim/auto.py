@@ -172,8 +172,8 @@ def _plan(
             p += list(ring.corners)
             q += list(ring.corners[1:] + ring.corners[:1])
     rooms = tuple(outline.polygon for outline in outlines)
-    p, q = without_beams(np.array(p).reshape(-1, 2), np.array(q).reshape(-1, 2), points, floor_seen, shapely.union_all(rooms))
-    faces = measure(Segments.from_ends(p, q), points)
+    tails, heads = (np.array(ends).reshape(-1, 2) for ends in (p, q))
+    faces = measure(Segments.from_ends(*without_beams(tails, heads, points, floor_seen, shapely.union_all(rooms))), points)
     if ceiling is None:
         faces = faces.take(faces.coverage > 0.3)
     if roof is not None:
