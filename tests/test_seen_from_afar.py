@@ -13,6 +13,7 @@ from indoor_bim.plan.free_space import FreeSpace, extent, in_front, roofed, usua
 from indoor_bim.plan.line_search import AFAR, beside, find_lines
 from indoor_bim.plan.local_density import thinly_scanned
 from indoor_bim.plan.loose_faces import attached, opaque, reach_out, without_doubles
+from indoor_bim.plan.oblique import unexplained
 from indoor_bim.plan.raster import Raster
 
 HEIGHT = 2.5
@@ -181,3 +182,9 @@ def test_a_storey_reaches_as_far_as_its_ceiling_and_not_to_a_facade_across_the_s
     low, high = extent(overhead, np.vstack([ceiling, glimpsed, facade]), floor=0.0, top=2.7)
     assert np.allclose(low, [-1.2, -1.2], atol=0.2)
     assert np.allclose(high, [13.2, 6.2], atol=0.2)
+
+
+def test_low_walls_leave_nothing_unexplained():
+    low = wall((0, 0), (5, 0), density=500, seen_from=(2.5, -2), high=1.2)
+    assert len(unexplained(low, FaceLines.none())) == 0
+    assert len(find_lines(low, NOTHING_OVERHEAD)[0]) == 0

@@ -30,6 +30,8 @@ def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upp
     xy = points.xy[high]
     sensor = None if points.sensor is None else points.sensor[high]
     cell = np.floor(xy / 0.05).astype(np.int64)
+    if not len(cell):
+        return points.take(high)
     cell -= cell.min(axis=0)
     _, first, group = np.unique(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1], return_index=True, return_inverse=True)
     spots = xy[first]
