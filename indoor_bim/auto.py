@@ -80,9 +80,10 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     if overhead is None and not ((sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)).any():
         raise NothingToReconstructError(_no_walls(len(levelled.points)))
     low, high = extent(overhead, sample, floor=floor, top=top)
-    near = ((points[:, :2] > low) & (points[:, :2] < high)).all(axis=1) & (points[:, 2] > floor - 0.1) & (points[:, 2] < top)
-    points = points[near]
-    sensor = None if sensor is None else sensor[near]
+    x, y, z = points.T
+    near = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]) & (z > floor - 0.1) & (z < top))
+    points = points.take(near, axis=0)
+    sensor = None if sensor is None else sensor.take(near, axis=0)
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):

@@ -51,7 +51,9 @@ class WallPoints:
 
     def take(self, rows: NDArray) -> WallPoints:
         """Points of the given rows (indices or mask)."""
-        return WallPoints(self.xy[rows], self.rise[rows], self.depth[rows], None if self.sensor is None else self.sensor[rows])
+        places = np.arange(len(self))[rows]
+        sensor = None if self.sensor is None else self.sensor.take(places, axis=0)
+        return WallPoints(self.xy.take(places, axis=0), self.rise.take(places), self.depth.take(places), sensor)
 
 
 def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool = False) -> Raster | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,8 @@ DEPTH = 0.0025
 FULL = 4.0
 """Points of a cell beyond which it hardly gains weight."""
 MICROMETRE = 1e-6
+STRETCH = 0.10
+"""Width of the columns that points are sorted into, metres."""
 
 
 def fit_to_points(lines: FaceLines, points: WallPoints, *, reach: float = 0.05, finest: float = 0.001, shortest: float = 0.7) -> FaceLines:
@@ -53,22 +55,21 @@ def fit_to_points(lines: FaceLines, points: WallPoints, *, reach: float = 0.05, 
     Beaton, Tukey, The fitting of power series, meaning polynomials, illustrated on band-spectroscopic data, Technometrics 16, 1974.
     """
     angle, offset, start, end = (getattr(lines, name).copy() for name in ("angle", "offset", "start", "end"))
-    orders = [np.argsort(points.xy[:, axis]) for axis in (0, 1)]
-    ordered = [points.take(order) for order in orders]
+    ordered = [_by_column(points, axis) for axis in (0, 1)]
     tails, heads = lines.ends()
     for k, (d, n) in enumerate(zip(lines.direction, lines.normal, strict=True)):
         axis = int(abs(d[0]) > abs(d[1]))
         ends = sorted([tails[k, axis], heads[k, axis]])
-        rows = slice(*np.searchsorted(ordered[axis].xy[:, axis], [ends[0] - reach, ends[1] + reach]))
-        x, y = ordered[axis].xy[rows].T
+        columns = ordered[axis]
+        rows = columns.between(ends[0] - reach, ends[1] + reach)
+        x, y = columns.xy[rows].T
         along, across = x * d[0] + y * d[1] - lines.start[k], x * n[0] + y * n[1] - lines.offset[k]
         length = float(lines.end[k] - lines.start[k])
         on = (np.abs(across) < reach) & (along > 0) & (along < length)
-        sensor = ordered[axis].sensor
-        if sensor is not None:
-            x, y = sensor[rows][on].T
+        if columns.sensor is not None:
+            x, y = columns.sensor[rows][on].T
             on[on] = x * n[0] + y * n[1] > lines.offset[k]
-        found = _robust_line(along[on], across[on], ordered[axis].rise[rows][on], reach=reach, finest=finest, turn=length >= shortest)
+        found = _robust_line(along[on], across[on], columns.rise[rows][on], reach=reach, finest=finest, turn=length >= shortest)
         if found is None or max(abs(found[0]), abs(found[0] + found[1] * length)) > 0.6 * reach:
             continue
         turn = float(np.arctan(found[1]))
@@ -77,6 +78,33 @@ def fit_to_points(lines: FaceLines, points: WallPoints, *, reach: float = 0.05, 
         start[k], offset[k] = np.cos(turn) * foot[0] + np.sin(turn) * foot[1], np.cos(turn) * foot[1] - np.sin(turn) * foot[0]
         end[k] = start[k] + length / np.cos(turn)
     return replace(lines, angle=angle, offset=offset, start=start, end=end)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Columns:
+    """Points in the order of columns across an axis; `first` of each column, from `low` on."""
+
+    xy: Floats
+    rise: Floats
+    sensor: Floats | None
+    low: float
+    first: NDArray[np.int64]
+
+    def between(self, start: float, stop: float) -> slice:
+        """Points of the columns from a coordinate to another."""
+        ends = np.clip([(start - self.low) // STRETCH, (stop - self.low) // STRETCH + 1], 0, len(self.first) - 1).astype(np.int64)
+        return slice(*self.first[ends])
+
+
+def _by_column(points: WallPoints, axis: int) -> _Columns:
+    from indoor_bim.plan.face_loops import sort_by_column
+
+    turn = slice(None) if axis == 0 else slice(None, None, -1)
+    low, high = (float(points.xy[:, axis].min()), float(points.xy[:, axis].max())) if len(points) else (0.0, 0.0)
+    first, rows = np.zeros(int((high - low) / STRETCH) + 2, dtype=np.int64), np.zeros((len(points), 5))
+    sensor = np.zeros((0, 2)) if points.sensor is None else np.ascontiguousarray(points.sensor[:, turn])
+    sort_by_column(np.ascontiguousarray(points.xy[:, turn]), np.ascontiguousarray(points.rise), sensor, low, STRETCH, first, rows)
+    return _Columns(rows[:, :2][:, turn], rows[:, 2], None if points.sensor is None else rows[:, 3:][:, turn], low, first)
 
 
 def _robust_line(
