@@ -107,6 +107,7 @@ def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -
                 rays,
                 view.box,
                 tolerance=view.tolerance,
+                scatter=view.scatter,
                 through_depth=view.through_depth,
                 both_faces=view.wall.thickness_measured,
             ),

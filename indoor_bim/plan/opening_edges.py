@@ -22,6 +22,7 @@ LEAST_FACE = 0.05  # metres of face beyond a frame that show it to be one
 END_SLACK = 0.02  # metres: what the ends of a wall are known to
 RIM = 0.03  # metres above the floor and below the ceiling: hits there may not be on the wall
 AGREEMENT = 0.02  # metres between the views of an edge from either side
+SHARP = 0.005  # metres: hits that scatter by less are clear unless they lie on frames and reveals
 REVEAL_SHARE = 0.3  # of the tolerance
 STEP_ALONG = 0.10  # metres of an edge that are looked at together
 BEYOND = (0.03, 0.10)  # metres beyond an edge: no pier is narrower
@@ -42,6 +43,8 @@ class Traces:
         False for hits so far behind a face that they may lie on a reveal.
     face_brightness : (n,) float64, optional
         Brightness of the hits on the faces.
+    sharp : bool
+        True where hits scatter so little that those which are not clear lie on frames and reveals.
     open_along, open_up, open_depth, open_side : (m,) float64
         Where the others met a face, how far behind it they ended, and its side.
     """
@@ -56,9 +59,12 @@ class Traces:
     open_depth: Floats
     open_side: Floats
     face_brightness: Floats | None = None
+    sharp: bool = False
 
 
-def traces(rays: WallRays, wall: WallBox, *, tolerance: float, through_depth: float, both_faces: bool, steep: float = 0.2) -> Traces:
+def traces(
+    rays: WallRays, wall: WallBox, *, tolerance: float, scatter: float, through_depth: float, both_faces: bool, steep: float = 0.2
+) -> Traces:
     """Split rays into hits on faces and rays that went in.
 
     Parameters
@@ -69,6 +75,8 @@ def traces(rays: WallRays, wall: WallBox, *, tolerance: float, through_depth: fl
         Wall: hits beyond its ends, or on the floor or the ceiling, are not on its faces.
     tolerance : float
         Hits closer than this to a face are on it, metres.
+    scatter : float
+        Standard deviation of the hits on the faces, metres.
     through_depth : float
         Rays that ended this far behind the nearer face went through, metres.
     both_faces : bool
@@ -92,6 +100,7 @@ def traces(rays: WallRays, wall: WallBox, *, tolerance: float, through_depth: fl
         open_depth=np.concatenate([rays.depth[went_in].astype(np.float64), none]),
         open_side=np.concatenate([rays.side[went_in], -rays.side[through]]).astype(np.float64),
         face_brightness=None if rays.brightness is None else rays.brightness[face].astype(np.float64),
+        sharp=scatter <= SHARP,
     )
 
 
@@ -163,13 +172,15 @@ def _views(place: float, outward: int, band: tuple[float, float], where: Traces,
     for side in (1.0, -1.0):
         mine, entered = near & (where.face_side == side), inside & (where.open_side == side)
         face, clear = (face_along[mine] - place) * outward, where.face_clear[mine]
-        hole = (open_along[entered] - place) * outward
-        if clear.sum() < ENOUGH or (len(hole) < ENOUGH and not empty):
+        entered_at = (open_along[entered] - place) * outward
+        if clear.sum() < ENOUGH or (len(entered_at) < ENOUGH and not empty):
             continue
-        low, high = fewest_wrong(hole, face[clear]) if len(hole) >= ENOUGH else end_of_hits(face[clear])
+        low, high = fewest_wrong(entered_at, face[clear]) if len(entered_at) >= ENOUGH else end_of_hits(face[clear])
+        if where.sharp and not empty:
+            low, high = fewest_wrong(np.concatenate([entered_at, face[~clear]]), face[clear])
         split = (low + high) / 2
         beyond = face > split
-        along = _share_open(face - split, face_across[mine], hole - split, open_across[entered], band)
+        along = _share_open(face - split, face_across[mine], entered_at - split, open_across[entered], band)
         if beyond.sum() >= ENOUGH and along <= MOST_RAGGED:
             brightness = None if where.face_brightness is None else where.face_brightness[mine][beyond]
             views.append(_View(split, high - low, face[beyond] - split, where.face_depth[mine][beyond], brightness))
