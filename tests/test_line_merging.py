@@ -1,0 +1,78 @@
+"""Lines that continue one another become one, exactly and in any order."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from face_lines import lines_between
+
+from indoor_bim.plan.line_merging import merge_lines
+
+
+def ends(lines):
+    """Ends of lines, sorted."""
+    return sorted(np.round(np.hstack(lines.ends()), 9).tolist())
+
+
+def test_pieces_of_one_line_become_one():
+    lines = lines_between(((0, 0), (4, 0)), ((6, 0), (9, 0)), ((12, 0), (13, 0)))
+    np.testing.assert_allclose(ends(merge_lines(lines)), [[0, 0, 13, 0]], atol=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.4, np.pi / 2, np.pi, -2.2])
+def test_merging_turns_with_the_lines(angle):
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    lines = lines_between((turn @ [0, 0.01], turn @ [4, 0.01]), (turn @ [6, 0.03], turn @ [8, 0.03]))
+    straight = merge_lines(lines_between(((0, 0.01), (4, 0.01)), ((6, 0.03), (8, 0.03))))
+    (merged,) = ends(merge_lines(lines))
+    expected = np.hstack([end @ turn.T for end in straight.ends()])[0]
+    np.testing.assert_allclose(merged, expected, atol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "second",
+    [
+        ((8.1, 0), (9, 0)),  # too far on
+        ((5, 0.05), (9, 0.05)),  # too far across
+        ((9, 0), (5, 0)),  # seen from the other side
+        ((4.2, 0), (8.2, 0.15)),  # turned too far for their lengths
+        ((6, -2), (6, 2)),  # across
+    ],
+)
+def test_other_lines_stay(second):
+    lines = lines_between(((0, 0), (4, 0)), second)
+    assert ends(merge_lines(lines)) == ends(lines)
+
+
+def test_common_line_is_the_least_squares_line_of_the_pieces():
+    lines = lines_between(((0, 0.00), (4, 0.00)), ((4, 0.02), (6, 0.02)), ((7, 0.01), (9, 0.01)))
+    x = np.concatenate([np.linspace(a, b, 20_001)[:-1] + (b - a) / 40_000 for a, b in ((0, 4), (4, 6), (7, 9))])
+    weight = np.repeat([4.0, 2.0, 2.0], 20_000)
+    slope, level = np.polyfit(x, np.repeat([0.0, 0.02, 0.01], 20_000), 1, w=np.sqrt(weight))
+    merged = merge_lines(lines)
+    assert len(merged) == 1
+    np.testing.assert_allclose(np.tan(merged.angle[0]), slope, atol=1e-7)
+    np.testing.assert_allclose(merged.offset[0] / np.cos(merged.angle[0]), level, atol=1e-6)
+
+
+def test_spread_is_weighted_by_length_and_the_longest_piece_gives_the_sweep():
+    first, second = lines_between(((0, 0), (6, 0)), spread=0.01, family=1), lines_between(((7, 0), (9, 0)), spread=0.03, family=2)
+    both = type(first)(*(np.concatenate([getattr(second, name), getattr(first, name)]) for name in first.__slots__))
+    merged = merge_lines(both)
+    assert merged.spread.tolist() == pytest.approx([0.015])
+    assert merged.family.tolist() == [1]
+
+
+def test_order_of_lines_changes_nothing():
+    random = np.random.default_rng(0)
+    parts = [((x, y), (x + 1.5, y)) for x, y in zip(np.arange(12) * 2.0, random.uniform(-0.02, 0.02, 12), strict=True)]
+    parts += [((3, y), (9, y + 0.01)) for y in (1.0, 1.02, 1.2)]
+    lines = lines_between(*parts)
+    first = merge_lines(lines)
+    assert 1 < len(first) < len(lines)
+    for _ in range(5):
+        assert ends(merge_lines(lines.take(random.permutation(len(lines))))) == ends(first)
+
+
+def test_no_lines_stay_none():
+    assert len(merge_lines(lines_between(((0, 0), (1, 0))).take(np.zeros(0, dtype=np.int64)))) == 0
