@@ -215,6 +215,14 @@ def test_names_that_do_not_fit_are_numbered_in_the_notes():
     assert any(text.startswith("1 Conference") for text in texts)
 
 
+@pytest.mark.parametrize(("count", "above"), [(1, True), (60, False)])
+def test_remarks_stand_above_the_scale_bar_and_beside_it_only_when_many(count, above):
+    remarks = tuple(f"Remark {k} about what is missing or doubtful in this model" for k in range(count))
+    texts = {text.text: text for text in draw_plan(replace(buildings.four_rooms(), warnings=remarks), style=PlanStyle(paper="A2")).texts}
+    first = next(text for line, text in texts.items() if line.startswith("Remark 0"))
+    assert (abs(first.at[0] - texts["0"].at[0]) < 0.1) == above
+
+
 def test_dimensions_tell_the_building():
     layer = next(layer for layer in draw_plan(buildings.two_rooms()).layers if layer.name == "dimensions")
     chains = [sorted(mark.text for mark in item.marks if hasattr(mark, "text")) for item in layer.items]
