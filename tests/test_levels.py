@@ -176,3 +176,12 @@ def test_podium_beside_the_floor_is_no_furniture(rng):
         thin(np.vstack([low, high, plate(rng, (0, 0), (12, 6), 3.0), box_points(rng, 12.0, 6.0, 0.0, 3.0, sides="xXyY")]))
     )
     assert storey.floor == pytest.approx(0.6, abs=0.003)
+
+
+def test_sloping_ground_outside_does_not_tilt_the_building(rng):
+    turn = rotation(tilt=6, azimuth=40, yaw=12)
+    box = box_points(rng, 9.0, 7.0, 0.0, 2.7, count=100_000, noise=0.002)
+    ground = plate(rng, (-12, -12), (20, -2), -0.3, spacing=0.05)
+    ground[:, 2] += 0.005 * ground[:, 0]
+    up = upright(thin(np.vstack([box, ground]) @ turn.T)) @ turn[:, 2]
+    assert np.degrees(np.arccos(min(up[2], 1.0))) < 0.02

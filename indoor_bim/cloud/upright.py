@@ -17,6 +17,9 @@ _CELL = 0.60
 """Side of the plane pieces, metres: long enough for the normals of noisy scans."""
 _SMALL_CELL = 0.30
 _FEW = 30
+_DENIED = 3.0
+"""So many standard deviations of the floors' heights tell the tilt of the floors from that of the ground outside."""
+_ROOM_HEIGHT = 1.8
 _CONVERGED = 1e-5  # radians: 0.2 mm over 20 m
 
 
@@ -24,7 +27,8 @@ def upright(points: Floats) -> Floats:
     """Rotation that makes floors and ceilings level.
 
     The direction that most plane pieces share within 45 degrees of the z axis gives the vertical to a few tenths of a
-    degree; planes of one common normal through all floors and ceilings, fitted robustly, give it to a few hundredths.
+    degree; planes of one common normal through all floors and ceilings, fitted robustly, give it to a few hundredths. Ground
+    seen outside counts as long as floors and ceilings do not deny that it is level.
 
     Parameters
     ----------
@@ -48,11 +52,28 @@ def upright(points: Floats) -> Floats:
             "ceiling: check the up axis and the unit of the scan"
         )
     vertical = _common_direction(steep.normal)
+    vertical = _converged(points, vertical, indoors=False)
+    within = _converged(points, vertical, indoors=True)
+    return _rotation_between(within if _floors_deny(points, vertical, within) else vertical, _UP)
+
+
+def _converged(points: Floats, vertical: Floats, *, indoors: bool) -> Floats:
+    """Vertical of all level surfaces, or of those indoors, from a guess."""
     for _ in range(6):
-        before, vertical = vertical, _fit_levels(points, vertical)
+        before, vertical = vertical, _fit_levels(points, vertical, indoors=indoors)
         if np.linalg.norm(vertical - before) < _CONVERGED:
             break
-    return _rotation_between(vertical, _UP)
+    return vertical
+
+
+def _floors_deny(points: Floats, vertical: Floats, within: Floats) -> bool:
+    """Whether floors and ceilings lie so flat across the vertical that they have indoors that they cannot belong to the other."""
+    level = _levels(moved(points, _rotation_between(within, _UP)), indoors=True)
+    peaks = np.array(height_peaks(level[:, 2], share=0.05))
+    residual = level[:, 2] - peaks[nearest_peak(level[:, 2], peaks)]
+    residual = residual[np.abs(residual) < 0.05]
+    reach = float(np.hypot(*np.std(level[:, :2], axis=0)))
+    return float(np.linalg.norm(vertical - within)) * reach > _DENIED * float(np.std(residual))
 
 
 def _level_normals(points: Floats, *, steepest: float) -> Patches:
@@ -64,6 +85,20 @@ def _level_normals(points: Floats, *, steepest: float) -> Patches:
         if level.sum() >= _FEW:
             break
     return Patches(flat.centre[level], normal[level], flat.spread[level])
+
+
+def _over_or_under(level: Floats, others: Floats) -> NDArray[np.bool_]:
+    """Whether each piece (n, 3) has another at least a room's height above or below it: floors and ceilings, not the ground outside."""
+    cells = np.floor(np.vstack([level, others])[:, :2] / _CELL).astype(np.int64)
+    cells -= cells.min(axis=0)
+    column = cells[:, 0] * (int(cells[:, 1].max()) + 1) + cells[:, 1]
+    _, column = np.unique(column, return_inverse=True)
+    lowest, highest = np.full(column.max() + 1, np.inf), np.full(column.max() + 1, -np.inf)
+    np.minimum.at(lowest, column[len(level) :], others[:, 2])
+    np.maximum.at(highest, column[len(level) :], others[:, 2])
+    mine, height = column[: len(level)], level[:, 2]
+    paired: NDArray[np.bool_] = np.maximum(highest[mine] - height, height - lowest[mine]) >= _ROOM_HEIGHT
+    return paired
 
 
 def _common_direction(up: Floats) -> Floats:
@@ -85,10 +120,21 @@ def _common_direction(up: Floats) -> Floats:
     return unit
 
 
-def _fit_levels(points: Floats, vertical: Floats) -> Floats:
+def _levels(points: Floats, *, indoors: bool) -> Floats:
+    """Centres (n, 3) of the level pieces of upright points; those indoors where there are enough."""
+    gentle = _level_normals(points, steepest=60)
+    level: Floats = gentle.centre[gentle.normal[:, 2] > np.cos(np.radians(6))]
+    if indoors:
+        paired = _over_or_under(level, gentle.centre)
+        if paired.sum() >= max(_FEW, 0.1 * len(level)):
+            level = level[paired]
+    return level
+
+
+def _fit_levels(points: Floats, vertical: Floats, *, indoors: bool) -> Floats:
     """One Gauss-Newton step of planes with a common normal through all level surfaces, Tukey weights."""
     turn = _rotation_between(vertical, _UP)
-    level = _level_normals(moved(points, turn), steepest=6).centre
+    level = _levels(moved(points, turn), indoors=indoors)
     if len(level) < 4:
         return vertical
     slope: Floats = np.zeros(2)
