@@ -12,8 +12,10 @@ Floats = NDArray[np.float64]
 
 FINER = 4
 """Pixels of the result per cell of the surface, along each side."""
-LEAST_COVER = 0.5
-"""Share of the floor that has a roof above it, if there is one."""
+LEAST_COVER = 0.35
+"""Share of what lies as high as the floor that has a roof above it, if there is one."""
+AROUND = np.array([[0.1, 0.1, 0.1], [0.1, 1.0, 0.1], [0.1, 0.1, 0.1]])
+"""Weight of the points of a cell and of those around, for the plane of the cell."""
 THICKNESS = 0.25
 """Points this close to the surface in a cell are looked at for its height, metres."""
 
@@ -33,7 +35,7 @@ def roof_surface(points: Floats, *, floor: float, top: float) -> Raster | None:
     Returns
     -------
     Raster or None
-        Heights in metres, NaN where nothing was seen; None where less than half of the floor has something overhead.
+        Heights in metres, NaN where nothing was seen; None where most of the floor has nothing overhead.
     """
     from scipy import ndimage
 
@@ -42,10 +44,9 @@ def roof_surface(points: Floats, *, floor: float, top: float) -> Raster | None:
         return None
     known = _largest(~np.isnan(coarse.image))
     coarse = Raster(np.where(known, coarse.image, np.nan), coarse.origin, coarse.cell)
-    under = coarse.pixel(points[np.abs(points[:, 2] - floor) < 0.06, :2])
-    under = under[((under >= 0) & (under < known.shape)).all(axis=1)]
-    near = ndimage.binary_dilation(known, np.ones((3, 3)))
-    if not len(under) or near[tuple(under.T)].mean() < LEAST_COVER:
+    ground = points[np.abs(points[:, 2] - floor) < 0.06, :2]
+    near = Raster(ndimage.binary_dilation(known, np.ones((3, 3))), coarse.origin, coarse.cell)
+    if not len(ground) or near.sample(ground).mean() < LEAST_COVER:
         return None
     high = points[(points[:, 2] > floor + 0.3) & (points[:, 2] < top)]
     high = high[np.abs(high[:, 2] - coarse.sample(high[:, :2], outside=np.nan)) < THICKNESS]
@@ -111,9 +112,7 @@ def _planes(points: Floats, cells: Raster) -> Raster:
     z = points[:, 2]
 
     def around(values: Floats) -> NDArray[np.floating]:
-        sums: NDArray[np.floating] = ndimage.convolve(
-            np.bincount(place, values, cells.image.size).reshape(shape), np.ones((3, 3)), mode="constant"
-        )
+        sums: NDArray[np.floating] = ndimage.convolve(np.bincount(place, values, cells.image.size).reshape(shape), AROUND, mode="constant")
         return sums
 
     number = np.maximum(around(np.ones(len(z))), 1e-9)
