@@ -172,14 +172,6 @@ def test_a_hole_at_the_end_of_a_wall_is_none(side):
     assert openings(scan([Hole(0.0, 1.0, 0.0, 2.1) if side == "start" else Hole(LENGTH - 1.0, LENGTH, 0.0, 2.1)])) == ()
 
 
-def test_a_frame_that_stands_back_by_less_than_the_tolerance_belongs_to_the_hole():
-    clear = Hole(1.05 + 0.06, 2.0 - 0.06, 0.0, 2.04)
-    (passage,) = openings(scan([Hole(1.05, 2.0, 0.0, 2.1, depth=0.025, depth_right=0.025), clear]))
-    assert passage.start == pytest.approx(1.05, abs=0.01)
-    assert passage.width == pytest.approx(0.95, abs=0.02)
-    assert passage.height == pytest.approx(2.1, abs=0.01)
-
-
 def test_a_passage_up_to_the_ceiling_is_an_opening():
     (passage,) = openings(scan([Hole(2.0, 3.2, 0.0, HEIGHT)]))
     assert (passage.kind, passage.leaves) == ("opening", 0)
