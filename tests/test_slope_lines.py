@@ -15,7 +15,8 @@ from indoor_bim.plan.line_placement import place_on_points
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.skeleton import NO_SLOPE
-from indoor_bim.plan.slope_lines import SlopeLines, correct_ends, find_slope_lines, grow_lines, join_corners, merge_lines, to_segments
+from indoor_bim.plan.slope_corners import correct_ends, join_corners
+from indoor_bim.plan.slope_lines import SlopeLines, find_slope_lines, grow_lines, merge_lines, to_segments
 from indoor_bim.plan.support import measure_support
 from indoor_bim.slope import slope_stages
 

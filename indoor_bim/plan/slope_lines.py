@@ -1,4 +1,4 @@
-"""Lines of slope 0, 1, -1 or vertical in a skeleton (Remote Sensing 2021, 13, 4930, section 2.3 from figure 15 on, and section 2.4)."""
+"""Lines of slope 0, 1, -1 or vertical in a skeleton (Remote Sensing 2021, 13, 4930, section 2.3 from figure 15 on)."""
 
 from __future__ import annotations
 
@@ -11,11 +11,10 @@ from numpy.typing import NDArray
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.skeleton import VERTICAL, Slopes
+from indoor_bim.plan.slope_corners import SLOPE_DIRECTION, correct_ends, join_corners
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
-
-_DIRECTION = {0: (1.0, 0.0), 1: (np.sqrt(0.5), np.sqrt(0.5)), -1: (np.sqrt(0.5), -np.sqrt(0.5)), VERTICAL: (0.0, 1.0)}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +50,7 @@ class SlopeLines:
     @property
     def direction(self) -> Floats:
         """(m, 2) float64 unit vectors along the lines."""
-        return np.array([_DIRECTION[int(k)] for k in self.slope]).reshape(-1, 2)
+        return np.array([SLOPE_DIRECTION[int(k)] for k in self.slope]).reshape(-1, 2)
 
     def take(self, rows: Ints | NDArray[np.bool_]) -> Self:
         """Lines of the given rows (indices or mask)."""
@@ -89,7 +88,7 @@ def grow_lines(slopes: Slopes) -> SlopeLines:
             continue
         y, x = np.nonzero(label)
         line = label[y, x] - 1
-        along = _DIRECTION[slope][0] * x + _DIRECTION[slope][1] * y
+        along = SLOPE_DIRECTION[slope][0] * x + SLOPE_DIRECTION[slope][1] * y
         order = np.lexsort((x, y, along, line))
         starts = np.searchsorted(line[order], np.arange(amount))
         ends = np.append(starts[1:], len(order)) - 1
@@ -176,105 +175,6 @@ def _united(a: SlopeLines, b: SlopeLines) -> SlopeLines:
         first=np.where((ahead(a.first) <= ahead(b.first))[:, None], a.first, b.first),
         last=np.where((ahead(a.last) >= ahead(b.last))[:, None], a.last, b.last),
     )
-
-
-def correct_ends(ends: Floats, midpoint: Floats, slope: Ints) -> Floats:
-    """End points moved onto the line through the midpoint (section 2.3, equations 16 to 18, figure 17).
-
-    Slope 0 keeps x and takes the midpoint's y, slope 2 the other way round. For slope k = 1 or -1 the end moves to the foot of
-    the perpendicular, ``x' = (x_e + x_0 + (y_e - y_0) / k) / 2`` and ``y' = (y_e + y_0 + k (x_e - x_0)) / 2``. (The paper prints
-    2 y_0 for y_e + y_0, which misses points that already lie on the line.)
-
-    Parameters
-    ----------
-    ends : (m, 2) float64
-        Raw end points x, y.
-    midpoint : (m, 2) float64
-        Means of the pixels of each line (the paper omits the division by their number).
-    slope : (m,) int64
-        0, 1, -1 or 2 (vertical).
-
-    Returns
-    -------
-    (m, 2) float64
-        New end points.
-
-    Examples
-    --------
-    >>> correct_ends(np.array([[4.0, 0.0]]), np.array([[1.0, 1.0]]), np.array([1])).tolist()
-    [[2.0, 2.0]]
-    """
-    (xe, ye), (x0, y0) = ends.T, midpoint.T
-    k = np.where(np.abs(slope) == 1, slope, 1)
-    diagonal = np.column_stack([(xe + x0 + (ye - y0) / k) / 2, (ye + y0 + k * (xe - x0)) / 2])
-    horizontal, vertical = np.column_stack([xe, y0]), np.column_stack([x0, ye])
-    corrected: Floats = np.where((slope == 0)[:, None], horizontal, np.where((slope == VERTICAL)[:, None], vertical, diagonal))
-    return corrected
-
-
-def join_corners(p: Floats, q: Floats, slope: Ints, *, corner_gap: float) -> tuple[Floats, Floats]:
-    """Near end points of lines that are not parallel, moved to the intersection (section 2.4, equation 19).
-
-    For each end point the nearest end point of another line is looked up. If it is closer than `corner_gap` and the lines differ in slope
-    (by 90 or 45 degrees), both become the intersection. Close pairs come first; an end point moves once.
-
-    Parameters
-    ----------
-    p, q : (m, 2) float64
-        End points of the lines.
-    slope : (m,) int64
-        0, 1, -1 or 2 (vertical).
-    corner_gap : float
-        Distance below which end points become a corner (d_v), in the unit of `p` and `q`.
-
-    Returns
-    -------
-    p, q : (m, 2) float64
-        End points with corners.
-
-    Examples
-    --------
-    >>> p, q = np.array([[0.0, 0.0], [9.0, 1.0]]), np.array([[8.0, 0.0], [9.0, 7.0]])
-    >>> [ends.tolist() for ends in join_corners(p, q, np.array([0, 2]), corner_gap=3)]
-    [[[0.0, 0.0], [9.0, 0.0]], [[9.0, 0.0], [9.0, 7.0]]]
-    """
-    from scipy.spatial import cKDTree
-
-    m = len(p)
-    if m < 2:
-        return p, q
-    ends = np.concatenate([p, q])
-    line = np.tile(np.arange(m), 2)
-    # of three nearest, one is the end point itself and one may be the other end of its line
-    near = cKDTree(ends).query(ends, k=3)[1]
-    other = line[near] != line[:, None]
-    nearest = near[np.arange(2 * m), other.argmax(axis=1)]
-    distance = np.hypot(*(ends - ends[nearest]).T)
-    rank = np.lexsort((ends[:, 1], ends[:, 0], distance))
-    corners = ends.copy()
-    moved = np.zeros(2 * m, dtype=bool)
-    k = slope[line]
-    for i in rank:
-        j = nearest[i]
-        if distance[i] >= corner_gap:
-            break
-        if moved[i] or moved[j] or not other[i].any() or not _are_perpendicular_or_oblique(int(k[i]), int(k[j])):
-            continue
-        corners[[i, j]] = _intersection(ends[i], int(k[i]), ends[j], int(k[j]))
-        moved[[i, j]] = True
-    return corners[:m], corners[m:]
-
-
-def _are_perpendicular_or_oblique(k1: int, k2: int) -> bool:
-    return abs(k1 - k2) == 2 or abs(abs(k1) - abs(k2)) == 1
-
-
-def _intersection(a: Floats, ka: int, b: Floats, kb: int) -> Floats:
-    (dx, dy), (ex, ey) = _DIRECTION[ka], _DIRECTION[kb]
-    if {ka, kb} == {0, VERTICAL}:
-        return np.array([b[0], a[1]]) if ka == 0 else np.array([a[0], b[1]])
-    t = ((b[0] - a[0]) * ey - (b[1] - a[1]) * ex) / (dx * ey - dy * ex)
-    return np.array([a[0] + t * dx, a[1] + t * dy])
 
 
 def find_slope_lines(slopes: Slopes, *, min_pixels: int, merge_gap: float, merge_offset: float) -> SlopeLines:
