@@ -201,7 +201,8 @@ def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> 
     Returns
     -------
     tuple of StoreyPlan
-        Plans of the storeys that have points between floor and ceiling.
+        Plans of the storeys that have points between floor and ceiling; of those with rooms, if there are any: the ground
+        under the eaves of a house is no storey.
 
     Raises
     ------
@@ -220,4 +221,4 @@ def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> 
             complaints.append(error)
     if not plans:
         raise complaints[0]
-    return tuple(plans)
+    return tuple(plan for plan in plans if plan.rooms) or tuple(plans)

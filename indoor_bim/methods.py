@@ -90,7 +90,7 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         Keeps every stage's product; "plan", "walls" and "openings" hold one product for each storey.
     """
     from indoor_bim.auto import storey_plans
-    from indoor_bim.cloud.levels import level
+    from indoor_bim.cloud.levels import level, lowered
     from indoor_bim.cloud.spacing import point_spacing
     from indoor_bim.openings import find_openings
 
@@ -105,6 +105,9 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     with stages("plan") as keep:
         plans = storey_plans(levelled, gps_time=cloud.gps_time)
         keep(plans)
+    base = plans[0].floor
+    if base:
+        levelled, plans = lowered(levelled, base), tuple(plan.lowered(base) for plan in plans)
     storeys, warnings = _storeys(plans, params, stages)
     with stages("openings") as keep:
         measured: dict[str, Any] = {"trajectory": levelled.trajectory, "gps_time": cloud.gps_time, "intensity": cloud.intensity}

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 import shapely
 from plans import box, faces_of_rooms
+from test_auto import scan_of_two_rooms
 
 from indoor_bim.auto import storey_plans
 from indoor_bim.cloud.cloud import Cloud
 from indoor_bim.cloud.levels import level
+from indoor_bim.pipeline import reconstruct
 from indoor_bim.plan.roof import ridge_height, roof_surface, under_the_eaves
 from indoor_bim.plan.room_levels import room_levels
 from indoor_bim.plan.storey_plan import StoreyPlan
@@ -111,3 +113,14 @@ def test_rooms_carry_their_levels_into_the_model():
     assert sorted(plates) == [("ceiling", 2.4), ("ceiling", 2.6), ("floor", 0.0), ("floor", 0.35)]
     assert plates["floor", 0.35].area == pytest.approx(made.rooms[1].area)
     assert plates["floor", 0.0].intersection(plates["floor", 0.35]).area < 1e-6
+
+
+def test_ground_under_the_eaves_is_no_storey():
+    rng = np.random.default_rng(3)
+    house, _, _ = scan_of_two_rooms()
+    ground = plate((-2.0, -3.0), (9.0, -0.5), -3.2), plate((-2.0, -2.0), (9.0, -0.5), 0.8)
+    outside = np.vstack(ground) + rng.normal(0, 0.003, (sum(map(len, ground)), 3))
+    points = np.vstack([house, outside])
+    assert len(level(Cloud(points)).storeys) == 2
+    (storey,) = reconstruct(points).building.storeys
+    assert (storey.elevation, len(storey.rooms)) == (pytest.approx(0.0, abs=1e-6), 2)

@@ -6,6 +6,8 @@ surfaces are cells of a coarse grid whose points lie in a plane.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,7 +20,7 @@ from indoor_bim.cloud.thinning import thin_evenly
 from indoor_bim.cloud.upright import upright
 from indoor_bim.errors import NothingToReconstructError
 
-__all__ = ["level", "main_direction", "storey_levels", "thin", "upright"]
+__all__ = ["level", "lowered", "main_direction", "storey_levels", "thin", "upright"]
 
 Floats = NDArray[np.float64]
 
@@ -95,6 +97,27 @@ def level(cloud: Cloud) -> LevelledCloud:
         storeys=storeys,
         trajectory=trajectory,
         warnings=tuple(warnings),
+    )
+
+
+def lowered(levelled: LevelledCloud, height: float) -> LevelledCloud:
+    """Return the scan `height` metres lower, so that another floor lies at z = 0.
+
+    Parameters
+    ----------
+    levelled : LevelledCloud
+        Levelled scan.
+    height : float
+        Height of the floor, metres.
+    """
+    shift = np.array([0.0, 0.0, -height])
+    path = levelled.trajectory
+    return replace(
+        levelled,
+        points=levelled.points + shift,
+        frame=levelled.frame.then(np.eye(3), shift),
+        storeys=tuple(StoreyLevels(_minus(s.floor, height), _minus(s.ceiling, height)) for s in levelled.storeys),
+        trajectory=None if path is None else path + np.array([0.0, *shift]),
     )
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Self
 
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.segments import Segments
@@ -47,3 +47,10 @@ class StoreyPlan:
     pitched: bool = False
     columns: tuple[shapely.Polygon, ...] = ()
     warnings: tuple[str, ...] = ()
+
+    def lowered(self, height: float) -> Self:
+        """Return the plan with its levels `height` metres lower."""
+        floor, ceiling = (None if level is None else level - height for level in (self.floor, self.ceiling))
+        return replace(
+            self, floor=floor, ceiling=ceiling, room_levels=tuple((low - height, high - height) for low, high in self.room_levels)
+        )
