@@ -27,7 +27,7 @@ if what != "laspy":
 clock, processor = time.perf_counter(), time.process_time()
 done = work(path)
 found = {"clock": time.perf_counter() - clock, "processor": time.process_time() - processor}
-found["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+found["memory"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 / 1e9
 found["stages"] = {} if what == "laspy" else {name: round(seconds, 2) for name, seconds in done.timings.items()}
 print(json.dumps(found))
 """

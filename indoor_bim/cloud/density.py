@@ -101,7 +101,7 @@ class DensitySample:
             self._halve()
         self._cubes[2] = halvings
         left = self._drop()
-        return self._steps[:left], {name: values[:left] for name, values in self._attributes.items()}
+        return self._steps[:left], {name: values[:left].copy() for name, values in self._attributes.items()}
 
     def _halve(self) -> None:
         if self.most < 2 * self.limit.least_per_cube:
