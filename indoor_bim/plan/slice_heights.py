@@ -159,5 +159,5 @@ def choose_slices(evidence: LayerEvidence, *, thickness: float, count: int = 2, 
         best = int(np.argmax(np.where(free, np.round(gain, 9), -1.0)))
         chosen.append(float(middle[best]))
         seen |= shown[best]
-        free &= np.abs(middle - middle[best]) >= apart - 1e-9
+        free &= np.abs(middle - middle[best]) >= max(apart, thickness) - 1e-9
     return tuple(Slice(at - thickness / 2, at + thickness / 2) for at in sorted(chosen))

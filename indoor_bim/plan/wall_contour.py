@@ -22,7 +22,7 @@ SHORT = 0.60  # metres: shorter faces are walls only as parts of a contour
 FOLD, COLUMN_SIDES = 0.25, 8  # metres, and number: longer sides are no folds, and columns have no more sides
 FOLDED = 1.4  # times the usual scatter of a wall: curtains
 TELLING = 0.008  # metres: in scans that scatter more, folds do not tell curtains from walls
-BELOW_CEILING = (0.025, 0.20)  # metres: depth of the band that every wall is in and no door, window or wardrobe
+BELOW_CEILING = (0.025, 0.08)  # metres, and of the height: depth of the band that every wall is in and no door, window or wardrobe
 HITS_PER_STEP = 2.0  # of a wall in that band, on average
 AT_CEILING = 0.35  # share of a face right below the ceiling that makes it a wall; less where all of it is hit less often
 LEAST_COVERAGE = 0.12  # of a face from floor to ceiling: emptier are beams and what hangs from the ceiling
@@ -52,7 +52,8 @@ def up_to_ceiling(
     -------
     (m,) bool
     """
-    depth = SLACK + float(np.clip(max(4 * reach - SLACK, HITS_PER_STEP / SAMPLING / max(density, 1e-9)), *BELOW_CEILING))
+    enough = max(6 * reach - SLACK, HITS_PER_STEP / SAMPLING / max(density, 1e-9))
+    depth = SLACK + float(np.clip(enough, BELOW_CEILING[0], BELOW_CEILING[1] * height))
     expected = 1 - (1 - segments.coverage) ** max((depth - SLACK) / image.layer, 1.0)
     wall = share_at_ceiling(segments, points, height=height, reach=reach, depth=depth) >= np.minimum(AT_CEILING, expected / 2)
     wall |= (segments.length < SHORT) & ~ends_lower(segments, image, height=height, reach=reach)
