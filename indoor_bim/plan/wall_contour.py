@@ -52,7 +52,7 @@ def up_to_ceiling(
     -------
     (m,) bool
     """
-    enough = max(6 * reach - SLACK, HITS_PER_STEP / SAMPLING / max(density, 1e-9))
+    enough = max(4 * reach - SLACK, HITS_PER_STEP / SAMPLING / max(density, 1e-9))
     depth = SLACK + float(np.clip(enough, BELOW_CEILING[0], BELOW_CEILING[1] * height))
     expected = 1 - (1 - segments.coverage) ** max((depth - SLACK) / image.layer, 1.0)
     wall = share_at_ceiling(segments, points, height=height, reach=reach, depth=depth) >= np.minimum(AT_CEILING, expected / 2)
