@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from indoor_bim.plan.built_in import without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.face_support import measure
-from indoor_bim.plan.free_space import cell_space, extent, free_space, in_front, roofed, usual_density
+from indoor_bim.plan.free_space import FreeSpace, cell_space, extent, free_space, in_front, roofed, usual_density
 from indoor_bim.plan.line_ends import end_cuts, gap_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
 from indoor_bim.plan.loose_faces import loose_faces
@@ -117,8 +118,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     looked_through = in_front(cells, edge_evidence(cells, lines, sweeps, afar=False))
     room = label_cells(cells, inside=of_cells.inside + looked_through, wall=wall)
     closed = room_outlines(cells, room, faces, spanned=of_cells.spanned, min_closed=0.4 if overhead is not None else 0.25)
-    outlines = tuple(outline for outline in closed if overhead is None or usual_density(outline.polygon, space) > AFAR)
-    outlines = _behind_built_ins(outlines, folded_lines(lines))
+    entered = closed if overhead is None else _entered(closed, space)
+    outlines = _behind_built_ins(entered, folded_lines(lines))
     loose = None
     if overhead is not None:
         rooms = shapely.union_all([outline.polygon for outline in outlines])
@@ -134,7 +135,17 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     return AutoStages(lines, cells, room, wall, of_cells.inside, space.raster(space.ceiling), outlines, plan)
 
 
-def _behind_built_ins(outlines: tuple[RoomOutline, ...], folded: NDArray[np.bool_]) -> tuple[RoomOutline, ...]:
+def _entered(outlines: Sequence[RoomOutline], space: FreeSpace, *, share: float = 0.2) -> list[RoomOutline]:
+    """Outlines without those that were only looked into: where floor and ceiling hold few points, and few for this scan."""
+    density = np.array([usual_density(outline.polygon, space) for outline in outlines])
+    area = np.array([outline.polygon.area for outline in outlines])
+    order = np.argsort(density, kind="stable")
+    middle = order[np.searchsorted(np.cumsum(area[order]), area.sum() / 2)] if len(order) else 0
+    least = min(AFAR, share * density[middle]) if len(order) else AFAR
+    return [outline for outline, points in zip(outlines, density, strict=True) if points > least]
+
+
+def _behind_built_ins(outlines: Sequence[RoomOutline], folded: NDArray[np.bool_]) -> tuple[RoomOutline, ...]:
     """Outlines that run along the walls behind built-in furniture and curtains."""
     polygons = [outline.polygon for outline in outlines]
     rooms = []

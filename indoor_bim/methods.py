@@ -78,7 +78,8 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
 def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     """Rooms and faces by evidence below the ceiling, a cell complex and a minimum cut; the default.
 
-    Scans whose points are more than 5 cm apart are too sparse for it and go to `slope`, which is said in the warnings.
+    Scans whose points are more than 5 cm apart are too sparse for it and go to `slope`, as do those that it finds no wall in;
+    the warnings say so.
 
     Parameters
     ----------
@@ -96,15 +97,15 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
 
     spacing = point_spacing(cloud.points)
     if spacing > SPARSE:
-        published = slope(cloud, params, stages)
-        note = f"The points are {100 * spacing:.0f} cm apart, too sparse for the method auto: the method slope was used."
-        return replace(published, warnings=(note, *published.warnings))
+        return _by_slope(cloud, params, stages, f"The points are {100 * spacing:.0f} cm apart, too sparse for the method auto")
     with stages("level") as keep:
         levelled = level(cloud)
         keep(levelled)
     with stages("plan") as keep:
         plans = storey_plans(levelled, gps_time=cloud.gps_time)
         keep(plans)
+    if not any(len(plan.faces) for plan in plans):
+        return _by_slope(cloud, params, stages, "The method auto found no wall")
     base = plans[0].floor
     if base:
         levelled, plans = lowered(levelled, base), tuple(plan.lowered(base) for plan in plans)
@@ -114,6 +115,12 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         storeys = [find_openings(storey, levelled.points, **measured, **params.openings.model_dump()) for storey in storeys]
         keep(storeys)
     return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
+
+
+def _by_slope(cloud: Cloud, params: Params, stages: Stages, reason: str) -> Reconstruction:
+    """What `slope` finds, with the reason why it was asked."""
+    published = slope(cloud, params, stages)
+    return replace(published, warnings=(f"{reason}: the method slope was used.", *published.warnings))
 
 
 def slices(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:

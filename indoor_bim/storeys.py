@@ -11,7 +11,7 @@ from indoor_bim.model import Evidence, Storey
 from indoor_bim.plan.alignment import align_faces
 from indoor_bim.plan.collinear import merge_collinear
 from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
-from indoor_bim.plan.hull import building_hull, looks_outside
+from indoor_bim.plan.hull import building_hull, looks_outside, stand_before_others
 from indoor_bim.plan.joints import footprints, join_without_overlaps
 from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
 from indoor_bim.plan.shared_thickness import share_thickness
@@ -83,7 +83,8 @@ def storey_from_plan(
     pair = partial(walls_from_faces, faces, min_thickness=min_thickness, max_thickness=max_thickness)
     if plan.rooms:
         hull = building_hull(plan.rooms)
-        walls = pair(outer=looks_outside(faces, hull), shortest_single=SHORTEST_STEP)
+        outer = looks_outside(faces, hull) & ~stand_before_others(faces, hull)
+        walls = pair(outer=outer, shortest_single=SHORTEST_STEP)
     else:
         enclosed = room_polygons(footprints(*join_walls(_tidy(pair()), snap=snap, far_snap=far_snap)))
         walls = pair(outer=looks_outside(faces, building_hull(enclosed)))

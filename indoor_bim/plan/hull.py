@@ -66,3 +66,45 @@ def looks_outside(faces: Segments, hull: shapely.Geometry, *, depth: float = PRO
     inside = shapely.contains_xy(hull, behind[..., 0], behind[..., 1])
     outside: NDArray[np.bool_] = inside.mean(axis=1) < 0.2
     return outside
+
+
+def stand_before_others(faces: Segments, rooms: shapely.Geometry, *, away: float = 0.3, far: float = 15.0) -> NDArray[np.bool_]:
+    """Tell which faces away from all rooms have something of the building farther behind them: they belong to inner walls.
+
+    Parameters
+    ----------
+    faces : Segments
+        Faces with free space to the left, metres.
+    rooms : shapely geometry
+        Closed rooms.
+    away : float
+        Faces whose middle is nearer to a room belong to it, metres.
+    far : float
+        How far behind the face is looked, metres.
+
+    Returns
+    -------
+    (m,) bool
+        True where a room, or another face, lies behind most of the face.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> three = Segments.from_ends(np.array([[20.0, 0], [26, 0], [20, 8]]), np.array([[20.0, 8], [26, 8], [26, 8]]))
+    >>> stand_before_others(three, shapely.box(0, -5, 10, -1)).tolist()
+    [True, False, False]
+    """
+    import shapely
+
+    share = (np.arange(SAMPLES) + 0.5) / SAMPLES
+    lines = shapely.linestrings(np.stack([faces.p, faces.q], axis=1))
+    loose = (
+        shapely.distance(shapely.points((faces.p + faces.q) / 2), rooms) > away if not rooms.is_empty else np.ones(len(faces), dtype=bool)
+    )
+    found = np.zeros(len(faces), dtype=bool)
+    for k in np.flatnonzero(loose):
+        spots = faces.p[k] + share[:, None] * (faces.q[k] - faces.p[k])
+        rays = shapely.linestrings(np.stack([spots - 0.7 * faces.normal[k], spots - far * faces.normal[k]], axis=1))
+        others = shapely.union_all([*np.delete(lines, k), rooms])
+        found[k] = shapely.intersects(rays, others).mean() > 0.5
+    return found
