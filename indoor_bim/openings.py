@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from indoor_bim.model import Evidence, Opening, Storey, Wall
 from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_holes
 from indoor_bim.plan.opening_edges import traces
-from indoor_bim.plan.openings import THRESHOLD, FoundOpening, leaf_count, name_opening
+from indoor_bim.plan.openings import LOWEST_SILL, FoundOpening, leaf_count, name_opening
 from indoor_bim.plan.shallow_doors import LARGEST_STEP, find_shallow_doors
 from indoor_bim.wall_views import WallView, recessed, wall_views
 
@@ -89,8 +89,8 @@ def _openings(view: WallView, **bounds: float) -> list[FoundOpening]:
     if view.blind:
         return _named(view, holes, blind=True, **bounds)
     by_rays = _named(view, find_holes(*cell_states(view.picture), cell=view.picture.cell), blind=False, **bounds)
-    by_edges = _named(view, [hole for hole in holes if hole.bottom > THRESHOLD], blind=True, **bounds)
-    return _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window"])
+    by_edges = _named(view, [hole for hole in holes if hole.bottom > LOWEST_SILL], blind=True, **bounds)
+    return _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window" and o.bottom > LOWEST_SILL])
 
 
 def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -> list[FoundOpening]:

@@ -167,6 +167,16 @@ def test_a_glazed_hole_close_above_the_floor_is_a_window():
     assert sides(window) == pytest.approx((low.start, low.end, low.bottom, low.top), abs=0.01)
 
 
+@pytest.mark.parametrize("sill", [0.10, 0.20, 0.90])
+def test_a_window_through_which_nothing_came_back_is_found_by_its_reveals(sill):
+    dark = Hole(2.0, 3.0, sill, 2.1)
+    measured = scan([dark], sides=(1,))
+    returned = measured.points[:, 1] > -0.11
+    (window,) = openings(replace(measured, points=measured.points[returned], gps_time=measured.gps_time[returned]))
+    assert window.kind == "window"
+    assert sides(window) == pytest.approx((dark.start, dark.end, dark.bottom, dark.top), abs=0.005)
+
+
 @pytest.mark.parametrize("side", ["start", "end"])
 def test_a_hole_at_the_end_of_a_wall_is_none(side):
     assert openings(scan([Hole(0.0, 1.0, 0.0, 2.1) if side == "start" else Hole(LENGTH - 1.0, LENGTH, 0.0, 2.1)])) == ()
