@@ -19,6 +19,7 @@ from indoor_bim.plan.built_in import without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.face_support import measure
+from indoor_bim.plan.free_borders import free_borders
 from indoor_bim.plan.free_space import FreeSpace, cell_space, extent, free_space, in_front, roofed, usual_density
 from indoor_bim.plan.line_ends import end_cuts, gap_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
@@ -97,8 +98,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     if sensor is None:
         lines = lines.take(look_into_free_space(lines, space.hit))
     dense = space.denser_than(AFAR)
-    firm = ev.free_borders(dense.hit, lines)
-    weak = ev.free_borders(dense.raster(dense.ceiling), lines) if overhead is not None else firm
+    firm = free_borders(dense.hit, lines)
+    weak = free_borders(dense.raster(dense.ceiling), lines) if overhead is not None else firm
     cut_p, cut_q = end_cuts(lines)
     joined, join_p, join_q = gap_cuts(lines)
     edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p, join_p]), np.vstack([firm[1], weak[1], cut_q, join_q])

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import itertools
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.raster import Raster
-
-if TYPE_CHECKING:
-    from indoor_bim.plan.face_lines import FaceLines
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -339,63 +334,3 @@ def local_density(seen: NDArray[np.floating], known: Bools, *, cell: float, reac
     mean = ndimage.uniform_filter(seen, window) / np.maximum(ndimage.uniform_filter(weight, window), 0.05)
     density: NDArray[np.floating] = ndimage.maximum_filter(mean, window) * weight
     return density
-
-
-def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near: float = 0.30, reach: float = 1.0) -> tuple[Floats, Floats]:
-    """Straight borders of the overhead surface where no wall line runs: glass, railings, curtain walls.
-
-    Parameters
-    ----------
-    seen : Raster
-        Hits of the overhead surface.
-    lines : FaceLines
-        Wall lines.
-    shortest : float
-        Shortest border, metres.
-    near : float
-        A wall line this close makes a border superfluous, metres.
-    reach : float
-        Borders are prolonged by this much, metres.
-
-    Returns
-    -------
-    p, q : (m, 2) float64
-        Ends, free space to the left, metres.
-    """
-    import shapely
-    from scipy import ndimage
-    from skimage.measure import approximate_polygon, find_contours
-
-    step = 4
-    rows, columns = (np.array(seen.image.shape) // step) * step
-    coarse = seen.image[:rows, :columns].reshape(rows // step, step, columns // step, step).max(axis=(1, 3)) > 0
-    mask = ndimage.binary_opening(ndimage.binary_closing(np.pad(coarse, 3), np.ones((5, 5))), np.ones((5, 5)))
-    cell = seen.cell * step
-    p, q = lines.ends(0.3)
-    walls = shapely.linestrings(np.stack([p, q], axis=1))
-    tree = shapely.STRtree(walls)
-    found = []
-    for contour in find_contours(mask.astype(np.float64), 0.5):  # type: ignore[no-untyped-call]
-        ring = approximate_polygon(contour, 1.2)  # type: ignore[no-untyped-call]
-        xy = seen.origin + (ring[:, ::-1] - 3 + 0.5) * cell
-        for a, b in itertools.pairwise(xy):
-            length = float(np.hypot(*(b - a)))
-            turn = np.mod(np.arctan2(*(b - a)[::-1]) + np.pi / 4, np.pi / 2) - np.pi / 4
-            if length < shortest or abs(turn) > np.radians(4):
-                continue
-            axis = int(abs((b - a)[1]) > abs((b - a)[0]))
-            a, b = a.copy(), b.copy()
-            a[1 - axis] = b[1 - axis] = (a[1 - axis] + b[1 - axis]) / 2
-            border = shapely.LineString([a, b])
-            beside = walls[tree.query(border, predicate="dwithin", distance=near)]
-            if border.intersection(shapely.union_all(shapely.buffer(beside, near))).length < 0.5 * length:
-                d = (b - a) / length
-                middle = (a + b) / 2
-                left = middle + 0.2 * np.array([-d[1], d[0]])
-                i, j = np.floor((left - seen.origin) / cell).astype(int)[::-1] + 3
-                a, b = a - reach * d, b + reach * d
-                free_left = 0 <= i < mask.shape[0] and 0 <= j < mask.shape[1] and mask[i, j]
-                found.append((a, b) if free_left else (b, a))
-    if not found:
-        return np.zeros((0, 2)), np.zeros((0, 2))
-    return np.array([a for a, _ in found]), np.array([b for _, b in found])
