@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import shapely
 from plans import box, faces_of_rooms
 
+from indoor_bim.plan.rooms import known_rooms
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.storeys import storey_from_plan
 
@@ -34,3 +36,12 @@ def test_rooms_heights_and_outer_walls():
     assert made.height == 2.5
     assert sum(wall.external is True for wall in made.walls) == 4
     assert sum(wall.external is False for wall in made.walls) == 2
+
+
+def test_a_room_has_no_spike_between_walls_that_all_but_touch():
+    spiked = shapely.Polygon([(-0.011, 5), (0, 5), (0, 0), (8, 0), (8, 5.02)])
+    (room,) = known_rooms([spiked], [shapely.box(20, 0, 21, 1)])
+    assert len(room.exterior.coords) == 5
+    assert room.bounds[0] == pytest.approx(0, abs=0.002)
+    whole = shapely.box(0, 0, 4, 3)
+    assert known_rooms([whole], [shapely.box(20, 0, 21, 1)])[0].equals(whole)

@@ -61,7 +61,7 @@ def room_polygons(
         back = shapely.difference(hole.buffer(crack / 2, join_style="mitre"), walls, grid_size=GRID)
         room = max(shapely.get_parts(back), key=lambda part: part.area)
         if room.area >= min_area and not room.buffer(-min_width / 2).is_empty:
-            rooms.append(room.simplify(0.001))
+            rooms.append(_without_spikes(room.simplify(0.001)))
     return sorted(rooms, key=lambda room: tuple(np.round([*room.representative_point().coords[0], room.area], 4)))
 
 
@@ -96,8 +96,18 @@ def known_rooms(known: Sequence[shapely.Polygon], footprints: list[shapely.Polyg
             continue
         parts = [part for part in shapely.get_parts(shapely.difference(room, walls, grid_size=GRID)) if part.geom_type == "Polygon"]
         if parts:
-            rooms.append(max(parts, key=lambda part: part.area))
+            rooms.append(_without_spikes(max(parts, key=lambda part: part.area)))
     return rooms
+
+
+def _without_spikes(room: shapely.Polygon, *, widest: float = 0.02) -> shapely.Polygon:
+    """The room without slits and spikes that are narrower, metres; unchanged where it has none."""
+    opened = room.buffer(-widest / 2, join_style="mitre").buffer(widest / 2, join_style="mitre").simplify(0.001)
+    return opened if opened.geom_type == "Polygon" and _corners(opened) < _corners(room) else room
+
+
+def _corners(polygon: shapely.Polygon) -> int:
+    return len(polygon.exterior.coords) + sum(len(ring.coords) for ring in polygon.interiors)
 
 
 def observed_share(polygon: shapely.Polygon, seen: Raster) -> float:
