@@ -182,6 +182,17 @@ def test_a_hole_at_the_end_of_a_wall_is_none(side):
     assert openings(scan([Hole(0.0, 1.0, 0.0, 2.1) if side == "start" else Hole(LENGTH - 1.0, LENGTH, 0.0, 2.1)])) == ()
 
 
+@pytest.mark.parametrize("side", ["start", "end"])
+def test_a_window_that_the_end_of_its_wall_cuts_off_is_found_as_far_as_the_wall_goes(side):
+    start, end = (0.0, 1.0) if side == "start" else (LENGTH - 1.0, LENGTH)
+    (window,) = openings(scan([Hole(start, end, 0.9, 2.1, pane=0.1)]))
+    assert window.kind == "window"
+    cell = 0.06
+    assert sides(window) == pytest.approx((start, end, 0.9, 2.1), abs=cell)
+    assert sides(window)[2:] == pytest.approx((0.9, 2.1), abs=0.01)
+    assert openings(scan([Hole(start, end, 0.9, 2.1, depth=0.12, depth_right=0.0)])) == ()
+
+
 def test_a_passage_up_to_the_ceiling_is_an_opening():
     (passage,) = openings(scan([Hole(2.0, 3.2, 0.0, HEIGHT)]))
     assert (passage.kind, passage.leaves) == ("opening", 0)

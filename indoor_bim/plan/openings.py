@@ -33,6 +33,7 @@ THICKEST_LEAF = 0.07  # metres
 LEAF_SPREAD = 0.03  # metres: scatter of the depths of a closed leaf
 FEW, ENOUGH = 3, 30  # rays
 NARROWEST_PIER = 0.03  # metres of wall beside an opening
+CLEARLY_THROUGH = 0.25  # of the rays into a window: where a wall ends too early, more go through what it cuts off
 LOWEST_SILL = 0.05  # metres: what begins lower is a threshold
 SILL_BAND = 0.03  # metres
 FEW_ON_SILL = 8  # hits
@@ -134,8 +135,7 @@ def name_opening(
     edges = place_edges(hole, where, empty=threshold)
     start, end = max(edges["start"].place, 0.0), min(edges["end"].place, wall.length)
     top = min(edges["top"].place, wall.height)
-    if start < NARROWEST_PIER or end > wall.length - NARROWEST_PIER:
-        return None
+    at_end = start < NARROWEST_PIER or end > wall.length - NARROWEST_PIER
     was_walked = any(start - WALKED_MARGIN < x < end + WALKED_MARGIN for x in walked)
     sill = None if was_walked else _low_sill(start, end, rays, tolerance=tolerance, thickness=wall.thickness)
     to_floor = sill is None and _reaches_floor(hole, edges["bottom"], where, around, thickness=wall.thickness)
@@ -144,6 +144,8 @@ def name_opening(
     inside = (rays.depth > tolerance) & (rays.along > start) & (rays.along < end) & (rays.up > bottom) & (rays.up < top)
     depth = rays.depth[inside]
     through = float((depth > through_depth).mean()) if len(depth) else 0.0
+    if at_end and (to_floor or blind or through < CLEARLY_THROUGH or sum(edge.seen for edge in edges.values()) < 3):
+        return None
     glass = _is_glass(hole, rays, where, tolerance=tolerance)
     flush = _is_flush(hole, where)
     is_through = (glass and not flush) if blind else through > THROUGH_SHARE
