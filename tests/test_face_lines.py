@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from indoor_bim.plan.evidence import WallPoints
-from indoor_bim.plan.face_lines import face_lines, join_lines
+from indoor_bim.plan.face_lines import face_lines, join_lines, straight_pieces
 from indoor_bim.plan.strips import sweep
 
 HEIGHT = 2.5
@@ -49,6 +49,35 @@ def test_two_faces_of_a_wall_are_two_lines():
     lines = face_lines(sweep(points, 0.0), family=0)
     assert np.sort(lines.offset * np.cos(lines.angle)) == pytest.approx([0.0, 0.12], abs=0.005)
     assert sorted(np.cos(lines.angle)) == pytest.approx([-1, 1], abs=1e-4)
+
+
+def test_crest_that_steps_from_a_leaf_to_the_wall_beside_it_is_cut_at_the_step():
+    u = np.arange(25)
+    v = np.concatenate([np.full(8, 43), [45, 48], np.full(15, 50)])
+    first, second = straight_pieces(u, v)
+    assert first.stop == second.start
+    assert 8 <= first.stop <= 10
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.35, 1.0])
+def test_crest_along_one_line_stays_whole(slope):
+    u = np.arange(25)
+    assert straight_pieces(u, np.rint(43 + slope * u).astype(np.int64)) == [slice(0, 25)]
+
+
+def test_crest_that_bends_stays_whole():
+    u = np.arange(60)
+    assert straight_pieces(u, np.rint(43 + 0.3 * np.abs(u - 30)).astype(np.int64)) == [slice(0, 60)]
+
+
+def test_crest_that_is_too_short_to_be_cut_stays_whole():
+    assert straight_pieces(np.arange(7), np.array([43, 43, 43, 50, 50, 50, 50])) == [slice(0, 7)]
+
+
+@pytest.mark.parametrize("degrees", [0.5, 2.0, 5.0])
+def test_wall_that_is_askew_is_one_piece(degrees):
+    lines = face_lines(sweep(face(0, 2.6, 0.43, slope=np.tan(np.radians(degrees)), count=26_000), 0.0), family=0)
+    assert np.degrees(lines.angle) == pytest.approx([degrees], abs=0.15)
 
 
 def test_short_bits_and_steep_faces_are_no_lines():

@@ -84,9 +84,51 @@ def ridges(swept: Sweep, *, shortest: int = 4) -> list[tuple[int, Ints, Ints]]:
         bounds = np.searchsorted(label, np.arange(1, number + 2))
         for k in range(number):
             part = slice(bounds[k], bounds[k + 1])
-            if part.stop > part.start and u[part].max() - u[part].min() + 1 >= shortest:
-                found.append((side, u[part], v[part]))
+            for piece in straight_pieces(u[part], v[part]):
+                if u[part][piece].max() - u[part][piece].min() + 1 >= shortest:
+                    found.append((side, u[part][piece], v[part][piece]))
     return found
+
+
+def straight_pieces(u: Ints, v: Ints, *, rough: float = 1.0, better: float = 0.5, step: float = 4.0, shortest: int = 4) -> list[slice]:
+    """Whole crest, or both parts of one that steps: a door leaf beside the wall that it is hung in.
+
+    Parameters
+    ----------
+    u, v : (n,) int64
+        Strips of the crest, ordered along u.
+    rough : float
+        Root mean square distance of the crest from one line, in strips, from which two lines are tried.
+    better : float
+        Two lines are taken when they leave at most this share of the distance.
+    step : float
+        Least step from one to the other, in strips: maps that drift bend walls, but do not break them.
+    shortest : int
+        Strips of the shorter part at least.
+    """
+    whole = [slice(0, len(u))]
+    cuts = np.flatnonzero(np.diff(u, prepend=u[:1]))
+    if len(cuts) < 2 * shortest:
+        return whole
+    sums = np.cumsum(np.column_stack([np.ones(len(u)), u, v, u * u, u * v, v * v]).astype(np.float64), axis=0)
+    left = sums[cuts - 1]
+    apart = [_squares(part) for part in (left, sums[-1] - left)]
+    allowed = (u[cuts - 1] - u[0] + 1 >= shortest) & (u[-1] - u[cuts] + 1 >= shortest)
+    one, two = float(_squares(sums[-1:])[0]), np.where(allowed, apart[0] + apart[1], np.inf)
+    best = int(np.argmin(two))
+    if one < rough**2 * len(u) or two[best] > better**2 * one:
+        return whole
+    pieces = [slice(0, int(cuts[best])), slice(int(cuts[best]), len(u))]
+    at_cut = [float(np.polyval(np.polyfit(u[piece], v[piece], 1), u[cuts[best]] - 0.5)) for piece in pieces]
+    return pieces if abs(at_cut[1] - at_cut[0]) > step else whole
+
+
+def _squares(sums: Floats) -> Floats:
+    """Sum of squared distances from the best line, from (n, 6) sums of 1, u, v, uu, uv, vv."""
+    n, su, sv, uu, uv, vv = sums.T
+    within = np.maximum(uu - su * su / n, 1e-9)
+    squares: Floats = np.maximum(vv - sv * sv / n - (uv - su * sv / n) ** 2 / within, 0.0)
+    return squares
 
 
 def face_lines(swept: Sweep, *, family: int, steepest: float = 12.0) -> FaceLines:

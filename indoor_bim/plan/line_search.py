@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from indoor_bim.plan.cells import Cells
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines, face_lines, join_lines
+from indoor_bim.plan.hangings import hangings
 from indoor_bim.plan.line_fit import fit_to_points
 from indoor_bim.plan.line_merging import merge_lines
 from indoor_bim.plan.local_density import thinly_scanned
@@ -66,7 +67,9 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
             sweeps[-1] = sweeps[-1].bare()
         more = join_lines(found)
         lines = merge_lines(join_lines([lines, more.take(~beside(more, lines))]))
-    return fit_to_points(lines, points), sweeps
+    lines = fit_to_points(lines, points)
+    hung = hangings(lines, lambda row, start, end: line_evidence(lines, row, sweeps, start, end))
+    return lines.take(~hung), sweeps
 
 
 def beside(lines: FaceLines, others: FaceLines, *, near: float = 0.05, far: float = 0.35, share: float = 0.5) -> Bools:
