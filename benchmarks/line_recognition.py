@@ -41,6 +41,7 @@ NAMES = ("5-15 cm", "15-25 cm", "25-35 cm", "> 35 cm")
 OFFSET, COS = 0.05, math.cos(math.radians(10.0))
 SEEN = 0.2  # of a line's bins that the scan hit
 BIN, NEAR = 0.05, 0.03  # metres
+SEAM = 0.002  # metres: walls that are this close touch
 SCENES = Path(__file__).resolve().parents[2] / "shared" / "scenes"
 
 
@@ -106,7 +107,13 @@ def lines_of(rings: Sequence[Floats]) -> Lines:
 
 def wall_lines(storey: Storey) -> Lines:
     """Faces of the walls of a model: the outline of their footprints, the wall to the right."""
-    union = shapely.union_all([shapely.Polygon(wall.footprint) for wall in storey.walls]).buffer(0.002, join_style="mitre").simplify(0.001)
+    return faces_of([shapely.Polygon(wall.footprint) for wall in storey.walls])
+
+
+def faces_of(polygons: Sequence[shapely.Polygon]) -> Lines:
+    """Faces of walls: the outline of polygons, the wall to the right; seams where walls touch are no faces."""
+    grown = [polygon.buffer(SEAM, join_style="mitre") for polygon in polygons]
+    union = shapely.union_all(grown).buffer(-SEAM, join_style="mitre").simplify(SEAM / 2)
     parts = [part for part in shapely.get_parts(union) if part.geom_type == "Polygon"]
     rings = [np.array(ring.coords)[:-1] for part in parts for ring in (part.exterior, *part.interiors)]
     return lines_of([ring if shapely.is_ccw(shapely.LinearRing(ring)) != _is_hole(ring, union) else ring[::-1] for ring in rings])
@@ -211,9 +218,7 @@ def scene(folder: Path) -> None:
     for number, (level, union) in enumerate(zip(levels, unions, strict=True)):
         if number >= len(result.building.storeys):
             break
-        rings = [np.array(ring) for polygon in union for ring in polygon]
-        rings = [ring[:-1] if (ring[0] == ring[-1]).all() else ring for ring in rings]
-        lines = lines_of(rings)
+        lines = faces_of([shapely.Polygon(polygon[0], polygon[1:]) for polygon in union])
         lines = Lines(lines.p[lines.length > CLASSES[0][0]], lines.q[lines.length > CLASSES[0][0]])
         height = (points[:, 2] > level["floor_z"] + 0.3) & (points[:, 2] < level["ceiling_z"] - 0.1)
         inverse = to_truth @ np.linalg.inv(Frame.from_matrix(result.building.transform_cloud_to_model).matrix)

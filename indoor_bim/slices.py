@@ -202,7 +202,7 @@ def slices_storey(
         rooms = ()
     level = levelled.storeys[number]
     plan = StoreyPlan(
-        faces=with_bridges(contour),
+        faces=with_bridges(contour, gap=closing_gap),
         floor=floor,
         ceiling=level.ceiling,
         seen=free,

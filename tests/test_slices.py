@@ -176,6 +176,12 @@ def test_recognition_is_counted_by_the_rules_of_the_table():
     assert found(([5.0, -3], [5.0, 3])) == [False, False]
 
 
+def test_seams_of_touching_walls_are_not_asked_for():
+    outer = [(0, 0), (4, 0), (4, 3), (0, 3), (0, 0.2), (0.2, 0.2), (0.2, 2.8), (3.8, 2.8), (3.8, 0.2), (0.2, 0.2), (0, 0.2)]
+    lines = RECOGNITION.faces_of([shapely.Polygon(outer), shapely.box(2.0, 0.2, 2.1, 2.8)])
+    assert np.sort(lines.length) == pytest.approx([1.7, 1.7, 1.8, 1.8, *[2.6] * 4, 3, 3, 4, 4], abs=1e-6)
+
+
 def test_without_times_the_range_gate_is_skipped_and_that_is_said(room):
     result = reconstruct(room.points, method="slices")
     assert any("range gate was skipped" in warning for warning in result.warnings)

@@ -9,13 +9,14 @@ import pytest
 
 from indoor_bim.plan.boxes import without_boxes
 from indoor_bim.plan.chi_square_merge import chi_square, chi_square_limit, merge_lines, with_map_noise
-from indoor_bim.plan.contour_completion import CLOSED, CORNER, GAP, STEP, complete_contour
+from indoor_bim.plan.contour_completion import CLOSED, CORNER, GAP, STEP, Contour, complete_contour, interrupted
 from indoor_bim.plan.contour_rooms import contour_rooms
 from indoor_bim.plan.doubles import without_doubles
 from indoor_bim.plan.local_lines import draw_to_lines, wall_scatter
 from indoor_bim.plan.polar_fit import PolarLines, fit_lines, project_ends
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.split_and_merge import chain_points, drop_small, split_and_merge
+from indoor_bim.plan.wall_contour import with_bridges
 
 NOISE = 0.003
 
@@ -238,3 +239,39 @@ def test_doubles_are_left_out_and_the_other_face_of_the_wall_stays():
     wall, picture, other = ([0, 0], [4, 0]), ([1, 0.05], [2, 0.05]), ([4, -0.1], [0, -0.1])
     kept = without_doubles(sided([wall[0], picture[0], other[0]], [wall[1], picture[1], other[1]]))
     assert kept.length.tolist() == [4.0, 4.0]
+
+
+@pytest.mark.parametrize(("end", "behind", "corner"), [(5.0, 0.2, 3.5), (2.0, 0.2, 1.0), (5.0, 0.7, 1.0), (5.0, -0.2, 1.0)])
+def test_a_hidden_stretch_of_wall_is_drawn_where_its_other_face_goes_along(end, behind, corner):
+    contour = complete_contour(sided([[0, 0], [end, -behind], [3.5, 0.2]], [[1, 0], [-1, -behind], [3.5, 3]]))
+    assert contour.segments.q[0] == pytest.approx((corner, 0))
+
+
+def beside_a_door(*, jamb, width=1.0):
+    """A wall seen up to a door, and from its other jamb on; the face at the jamb goes into the wall or into the room."""
+    return sided(
+        [[0, 0], [2 + width, 0], [2 + width, jamb]], [[2, 0], [6, 0], [2 + width, 0]] if jamb < 0 else [[2, 0], [6, 0], [2 + width, 3]]
+    )
+
+
+@pytest.mark.parametrize(("jamb", "width", "goes_on"), [(-0.12, 1.0, True), (0.02, 1.0, False), (0.02, 0.15, True), (-0.12, 3.5, False)])
+def test_a_wall_goes_on_behind_a_jamb_and_behind_what_ends_at_it(jamb, width, goes_on):
+    faces = beside_a_door(jamb=jamb, width=width)
+    follows, kind = np.full((3, 2), -1), np.zeros((3, 2), dtype=np.int8)
+    follows[1, 0], kind[1, 0] = 5 if jamb < 0 else 4, CORNER
+    follows.ravel()[follows[1, 0]], kind.ravel()[follows[1, 0]] = 2, CORNER
+    contour = Contour(faces, follows, kind)
+    assert interrupted(contour).tolist() == ([[1, 2]] if goes_on else [])
+    bridges = with_bridges(contour, gap=0.5)
+    assert len(bridges) == 3 + goes_on
+    if goes_on:
+        ends = (0.0, 6.0) if width < 0.5 else (2.0, 3.0)
+        assert (bridges.p[3, 0], bridges.q[3, 0]) == pytest.approx(ends)
+        assert bridges.sided[3]
+
+
+@pytest.mark.parametrize(("rise", "goes_on"), [(0.0, True), (0.05, False)])
+def test_a_wall_does_not_go_on_in_one_that_is_turned(rise, goes_on):
+    faces = sided([[0, -3 * rise], [3, 0], [3, 0]], [[2, -rise], [6, 0], [3, -0.12]])
+    contour = Contour(faces, np.array([[-1, -1], [4, -1], [2, -1]]), np.array([[0, 0], [CORNER, 0], [CORNER, 0]], dtype=np.int8))
+    assert len(interrupted(contour)) == goes_on

@@ -13,8 +13,11 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 HALF_RIGHT_COS = np.cos(np.radians(45.0))  # less parallel: the ends make a corner; more: a gap
+BACK_COS = np.cos(np.radians(10.0))  # less parallel: not the same face, nor the other face of a wall
 IN_LINE = 0.05  # metres across: ends that are farther apart make a step, not a bend
 CORNER, CLOSED, STEP, GAP = 1, 2, 3, 4
+THINNEST_WALL, THICKEST_WALL = 0.05, 0.5  # metres between a face and the one at its back
+BACKED = 0.9  # of the way to a corner that was not seen: the face at the back goes along
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +93,8 @@ def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5
     far_reach : float
         Ends that are left are moved on to a corner by no more than this, and no segment becomes more than twice as long, metres.
     widest : float
-        Gaps wider than this are not linked, metres.
+        Gaps wider than this are not linked, metres. Ends are moved on to a corner by up to this where the other face of the wall,
+        seen from its other side, goes along all the way.
 
     Returns
     -------
@@ -110,12 +114,16 @@ def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5
     follows, kind = np.full(2 * m, -1, dtype=np.int64), np.zeros(2 * m, dtype=np.int8)
     if m < 2:
         return Contour(segments, follows.reshape(-1, 2), kind.reshape(-1, 2))
-    a, b, how, cost, to_a, to_b, outwards = _links(segments, gap=gap, reach=max(reach, far_reach), widest=widest)
+    a, b, how, cost, to_a, to_b, outwards = _links(segments, gap=gap, reach=max(reach, far_reach, widest), widest=widest)
     ends = np.stack([segments.p, segments.q], axis=1).reshape(-1, 2)
     place = np.round(ends, 6)
     moves = np.hypot(*(to_a - ends[a]).T), np.hypot(*(to_b - ends[b]).T)
     far = (how == CORNER) & (np.maximum(*moves) > reach)
-    allowed = ~far | (outwards & (moves[0] <= segments.length[a // 2]) & (moves[1] <= segments.length[b // 2]))
+    shown = [
+        (move <= np.minimum(segments.length[end // 2], far_reach)) | (far & (other <= reach) & _backed(segments, end // 2, ends[end], to))
+        for move, other, end, to in zip(moves, moves[::-1], (a, b), (to_a, to_b), strict=True)
+    ]
+    allowed = ~far | (outwards & shown[0] & shown[1])
     turn = np.where(far, 2, how == GAP)  # first what is near, then gaps, then corners that were not seen
     order = np.lexsort((place[b, 1], place[b, 0], place[a, 1], place[a, 0], np.round(cost, 6), turn))
     moved = ends.copy()
@@ -133,6 +141,56 @@ def complete_contour(segments: Segments, *, gap: float = 0.5, reach: float = 0.5
     lost |= lost[follows] & (follows >= 0)
     follows[lost], kind[lost] = -1, 0
     return Contour(replace(segments, p=p, q=q), follows.reshape(-1, 2), kind.reshape(-1, 2))
+
+
+def _backed(segments: Segments, row: Ints, start: Floats, end: Floats) -> NDArray[np.bool_]:
+    """Ways (k,) on from faces that a face at the back of the same wall goes along."""
+    d, n = segments.direction[row], segments.normal[row]
+    way = np.sort(np.stack([np.zeros(len(row)), ((end - start) * d).sum(axis=1)]), axis=0)
+    out = np.zeros(len(row), dtype=bool)
+    for p, q, sided, direction in zip(segments.p, segments.q, segments.sided, segments.direction, strict=True):
+        behind = ((start - (p + q) / 2) * n).sum(axis=1)
+        at = np.sort(np.stack([((p - start) * d).sum(axis=1), ((q - start) * d).sum(axis=1)]), axis=0)
+        shared = np.minimum(at[1], way[1]) - np.maximum(at[0], way[0])
+        back = sided & segments.sided[row] & (d @ direction < -BACK_COS) & (behind >= THINNEST_WALL) & (behind <= THICKEST_WALL)
+        out |= back & (shared >= BACKED * (way[1] - way[0]))
+    return out
+
+
+def interrupted(contour: Contour, *, gap: float = 0.5, widest: float = 3.0, in_line: float = 0.02) -> Ints:
+    """Pairs (k, 2) of ends between which a face goes on though only one was left: the other is a corner with what stands in between.
+
+    That is the jamb of a door of which the other jamb was not seen, up to `widest` away, or something thin that ends at the face.
+
+    Parameters
+    ----------
+    contour : Contour
+        Completed contour.
+    gap : float
+        Largest gap at something that ends at the face from in front, metres.
+    widest : float
+        Largest gap at a jamb, metres.
+    in_line : float
+        Each end is no farther than this from the line of the other, metres.
+    """
+    segments, follows = contour.segments, contour.follows.ravel()
+    ends = np.stack([segments.p, segments.q], axis=1).reshape(-1, 2)
+    corners = np.flatnonzero((contour.kind.ravel() == CORNER) & np.repeat(segments.sided, 2))
+    partner = follows[corners] // 2
+    middle = (segments.p[partner] + segments.q[partner]) / 2
+    jamb = ((middle - ends[corners]) * segments.normal[corners // 2]).sum(axis=1) < 0
+    pairs = []
+    for a in np.flatnonzero((follows < 0) & np.repeat(segments.sided, 2)):
+        d, n = segments.direction[a // 2] * (1 if a % 2 else -1), segments.normal[a // 2]
+        along, across = (ends[corners] - ends[a]) @ d, (ends[corners] - ends[a]) @ n
+        fits = (
+            (corners % 2 != a % 2) & (corners // 2 != a // 2) & (segments.direction[corners // 2] @ segments.direction[a // 2] > BACK_COS)
+        )
+        back = np.abs(((ends[corners] - ends[a]) * segments.normal[corners // 2]).sum(axis=1))
+        fits &= (np.maximum(np.abs(across), back) <= in_line) & (along > 0) & (along <= np.where(jamb, widest, gap))
+        if fits.any():
+            pairs.append((int(a), int(corners[fits][np.argmin(along[fits])])))
+    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
 
 
 def _links(

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.boxes import without_boxes
-from indoor_bim.plan.contour_completion import CLOSED, GAP, STEP, Contour, complete_contour
+from indoor_bim.plan.contour_completion import CLOSED, GAP, STEP, Contour, complete_contour, interrupted
 from indoor_bim.plan.curtains import draw_curtains
 from indoor_bim.plan.doubles import without_doubles
 from indoor_bim.plan.full_height import ends_lower, share_at_ceiling
@@ -80,6 +80,7 @@ def wall_contour(walls: Segments, *, shortest: float, gap: float) -> Contour:
     while True:
         contour = complete_contour(faces, gap=gap)
         goes_on = (contour.follows >= 0).all(axis=1) | np.isin(contour.kind, (CLOSED, GAP)).any(axis=1)
+        goes_on |= np.isin(np.arange(len(faces)), interrupted(contour, gap=gap) // 2)
         stub = (contour.segments.length < SHORT) & ~goes_on | folds(contour)
         if not stub.any() or stub.all():
             return contour
@@ -95,10 +96,23 @@ def folds(contour: Contour) -> NDArray[np.bool_]:
     return fold
 
 
-def with_bridges(contour: Contour) -> Segments:
-    """Segments of a contour, and faces without support across its gaps and steps: the wall goes on over a door and below a window."""
+def with_bridges(contour: Contour, *, gap: float) -> Segments:
+    """Segments of a contour, and faces without support across its gaps and steps: the wall goes on over a door and below a window.
+
+    Parameters
+    ----------
+    contour : Contour
+        Completed contour.
+    gap : float
+        Where a face is interrupted for less than this, the face without support is as long as all of it, metres.
+    """
     pairs = np.concatenate([contour.pairs(GAP), contour.pairs(STEP)])
     ends = contour.place(pairs.ravel()).reshape(-1, 2, 2)
+    on = interrupted(contour, gap=gap)
+    short = np.hypot(*(contour.place(on[:, 0]) - contour.place(on[:, 1])).T) < gap
+    whole = np.where(short[:, None], on ^ 1, on)  # the far ends
+    ends = np.concatenate([ends, contour.place(whole.ravel()).reshape(-1, 2, 2)])
+    pairs = np.concatenate([pairs, on])
     from_end = (pairs[:, 0] % 2 == 1)[:, None]
     p, q = np.where(from_end, ends[:, 0], ends[:, 1]), np.where(from_end, ends[:, 1], ends[:, 0])
     bridges = replace(Segments.from_ends(p, q), sided=contour.segments.sided[pairs // 2].all(axis=1))
