@@ -1,4 +1,4 @@
-"""Support, spread and coverage of faces by the points on them."""
+"""Support, spread, coverage and covariance of faces by the points on them."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FEW_POINTS = 20_000
 
 
 def measure(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segments:
-    """Support, spread and coverage of faces.
+    """Support, spread, coverage and covariance of faces.
 
     Parameters
     ----------
@@ -49,7 +49,21 @@ def measure(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segm
         )
         if count:
             support[k], rmse[k], coverage[k] = count, np.sqrt(squares / count) * MICROMETRE, hit.mean()
-    return replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=coverage)
+    return _with_covariance(replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=coverage))
+
+
+def _with_covariance(faces: Segments) -> Segments:
+    """Faces with the covariance of their lines in polar form (alpha, R), from their spread and what was seen of them.
+
+    All points of a column count as one observation: they were taken within moments and share the drift of the scanner. For n columns
+    evenly along a line of length L, the variance of the offset in the middle is rmse^2 / n, and that of the angle 12 rmse^2 / (n L^2).
+    """
+    columns = np.maximum(faces.coverage * faces.length / COLUMN, 1.0)
+    offset = faces.rmse**2 / columns
+    angle = 12 * offset / np.maximum(faces.length, COLUMN) ** 2
+    lever = -((faces.p + faces.q) / 2 * faces.direction).sum(axis=1)
+    both = angle * lever
+    return replace(faces, covariance=np.array([[angle, both], [both, offset + angle * lever**2]]).transpose(2, 0, 1))
 
 
 def measure_by_sorting(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segments:
@@ -74,4 +88,6 @@ def measure_by_sorting(faces: Segments, points: WallPoints, *, reach: float = 0.
             (rise[rows][on] * layers).astype(np.int64), layers - 1
         )
         coverage[k] = len(np.unique(cells)) / (columns * layers)
-    return replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=np.minimum(coverage, 1.0))
+    return _with_covariance(
+        replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=np.minimum(coverage, 1.0))
+    )

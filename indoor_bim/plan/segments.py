@@ -29,7 +29,8 @@ class Segments:
     coverage : (m,) float64
         Share of the face that was hit, 0 to 1.
     covariance : (m, 2, 2) float64
-        Covariance of the line parameters (angle in radians, offset in metres); NaN where not estimated.
+        Covariance of the line in polar form (direction of the normal in radians, distance of the origin along it in metres); NaN where not
+        estimated.
     top : (m,) float64
         Height of the upper edge above the floor, metres; NaN where not known.
     """
