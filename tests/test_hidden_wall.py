@@ -42,3 +42,34 @@ def test_a_wall_is_hidden_up_to_the_face_of_a_wall_across(across, found):
     hidden = hidden_wall(cells, wall, direction, empty=empty)
     assert hidden.sum() == found
     np.testing.assert_allclose(middle[hidden, 0], 3.0)
+
+
+@pytest.mark.parametrize(("between_is_hidden", "found"), [(True, 2), (False, 0)])
+def test_a_wall_is_hidden_all_the_way_to_the_wall_across(between_is_hidden, found):
+    """The cells between the hidden part, x from 2 to 3, and the wall across at x = 4 show no floor and no ceiling either, or they do."""
+    p = np.array([[0, 0.2], [6, 0], [4, 2], [0, -2], [2, -2], [3, -2], [0, 2], [0, -2], [6, -2]], dtype=float)
+    q = np.array([[6, 0.2], [0, 0], [4, -2], [0, 2], [2, 2], [3, 2], [6, 2], [6, -2], [6, 2]], dtype=float)
+    cells = cut_into_cells(p, q)
+    direction = (q - p)[:3] / np.hypot(*(q - p)[:3].T)[:, None]
+    middle = (cells.edge_start + cells.edge_end) / 2
+    wall = np.where(cells.edge_line < 2, middle[:, 0] < 2, cells.edge_line == 2).astype(float)
+    empty = np.array([0 < c.centroid.y < 0.2 and (between_is_hidden or c.centroid.x < 3) for c in cells.polygons])
+    hidden = hidden_wall(cells, wall, direction, empty=empty)
+    assert np.count_nonzero(hidden & (np.abs(middle[:, 0] - 2.5) < 0.1)) == found
+
+
+@pytest.mark.parametrize("back_is_seen", [True, False])
+def test_a_face_behind_a_cupboard_goes_on_where_the_other_face_was_seen(back_is_seen):
+    p = np.array([[0, 0.2], [6, 0], [0, -2], [2, -2], [4, -2], [6, -2], [0, -2], [0, 2]], dtype=float)
+    q = np.array([[6, 0.2], [0, 0], [0, 2], [2, 2], [4, 2], [6, 2], [6, -2], [6, 2]], dtype=float)
+    cells = cut_into_cells(p, q)
+    direction = (q - p)[:2] / 6
+    middle = (cells.edge_start + cells.edge_end) / 2
+    hides = np.abs(middle[:, 0] - 3) < 1
+    wall = np.where(cells.edge_line == 0, ~hides, cells.edge_line == 1).astype(float)
+    if not back_is_seen:
+        wall[(cells.edge_line == 1)] = 0.0
+    inside = np.array([0 < polygon.centroid.y < 0.2 for polygon in cells.polygons])
+    hidden = hidden_wall(cells, wall, direction, empty=inside)
+    assert hidden[hides & (cells.edge_line == 0)].all() == back_is_seen
+    assert not hidden[~hides].any()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -146,9 +147,9 @@ def hidden_wall(
     thickest: float = 0.6,
     met: float = 0.25,
 ) -> Bools:
-    """Edges where both faces of a wall are hidden, as behind cupboards on either side: the wall goes on between its lines.
+    """Edges where a face is hidden, as behind a cupboard, and the other face of the wall is hidden as well or was seen: it goes on.
 
-    It goes on from one part that was seen to the next, or to the face of a wall across.
+    It goes on from one part that was seen to the next, or to the face of a wall across if it is hidden all the way there.
 
     Parameters
     ----------
@@ -183,17 +184,34 @@ def hidden_wall(
         strong = wall[rows] >= seen
         if (wall[rows] * length[rows])[strong].sum() < least:
             continue
+        before = np.where(end[strong][None] <= start[:, None] + TOUCHING, start[:, None] - end[strong][None], np.inf).min(axis=1)
+        after = np.where(start[strong][None] >= end[:, None] - TOUCHING, start[strong][None] - end[:, None], np.inf).min(axis=1)
         corners = _met_by_walls(cells, wall, direction, rows, seen=met)
-        ends, starts = np.concatenate([end[strong], corners]), np.concatenate([start[strong], corners])
-        before = np.where(ends[None] <= start[:, None] + TOUCHING, start[:, None] - ends[None], np.inf).min(axis=1)
-        after = np.where(starts[None] >= end[:, None] - TOUCHING, starts[None] - end[:, None], np.inf).min(axis=1)
+        first, last = _hidden_runs(start, end, behind[rows])
+        back, on = start[:, None] - corners[None], corners[None] - end[:, None]
+        behind_it = (back > -TOUCHING) & (corners[None] > first[:, None] - TOUCHING)
+        ahead = (on > -TOUCHING) & (corners[None] < last[:, None] + TOUCHING)
+        before = np.minimum(before, np.where(behind_it, back, np.inf).min(axis=1, initial=np.inf))
+        after = np.minimum(after, np.where(ahead, on, np.inf).min(axis=1, initial=np.inf))
         candidate[rows] = behind[rows] & (np.maximum(before, after) <= gap)
     hidden = np.zeros(len(wall), dtype=bool)
     for cell in np.unique(right[candidate]):
         sides = np.flatnonzero(candidate & (right == cell))
-        facing = direction[cells.edge_line[sides]] @ direction[cells.edge_line[sides]].T
+        backs = np.flatnonzero((candidate | (wall >= seen)) & (cells.edge_line < lines) & (cells.right == cell))
+        facing = direction[cells.edge_line[sides]] @ direction[cells.edge_line[backs]].T
         hidden[sides] = (facing < -0.99).any(axis=1)
     return hidden
+
+
+def _hidden_runs(start: Floats, end: Floats, hidden: Bools) -> tuple[Floats, Floats]:
+    """Where the run of hidden edges that each edge of a line is part of begins and ends."""
+    first, last = start.copy(), end.copy()
+    order = np.argsort(start, kind="stable")
+    for rows, reach, near, far in ((order, first, start, end), (order[::-1], last, end, start)):
+        for before, k in itertools.pairwise(rows):
+            if hidden[before] and hidden[k] and abs(near[k] - far[before]) < TOUCHING:
+                reach[k] = reach[before]
+    return first, last
 
 
 def _met_by_walls(cells: Cells, wall: Floats, direction: Floats, rows: Ints, *, seen: float) -> Floats:
