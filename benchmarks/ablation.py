@@ -4,7 +4,6 @@ Usage: ``python benchmarks/ablation.py [--points 500000] [--only NAME]``. Prints
 
 - ``auto``: everything.
 - ``no times``: the path of the scanner and the times of the points are not told; faces have no side, rays no origin.
-- ``no ceiling``: walls are sought in the whole column above the floor, not below the ceiling.
 - ``no minimum cut``: face lines become walls as they are; rooms are what these enclose.
 """
 
@@ -40,14 +39,12 @@ class Variant:
     """Ideas that are in use."""
 
     times: bool = True
-    ceiling: bool = True
     minimum_cut: bool = True
 
 
 VARIANTS = {
     "auto": Variant(),
     "no times": Variant(times=False),
-    "no ceiling": Variant(ceiling=False),
     "no minimum cut": Variant(minimum_cut=False),
 }
 
@@ -58,10 +55,9 @@ def reconstruct(scan: SimulatedScan, variant: Variant) -> Building:
     times = scan.gps_time if variant.times else None
     path = levelled.trajectory
     sensor = None if times is None or path is None else sensor_positions(path, times)
-    seen = levelled if variant.ceiling else replace(levelled, storeys=tuple(replace(s, ceiling=None) for s in levelled.storeys))
     storeys: list[Storey] = []
-    for number in range(len(seen.storeys)):
-        found = auto_storey(seen, number, sensor)
+    for number in range(len(levelled.storeys)):
+        found = auto_storey(levelled, number, sensor)
         plan = found.plan
         if not variant.minimum_cut:
             faces = Segments.from_ends(*found.lines.ends())

@@ -114,7 +114,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     border = cells.edge_line - len(lines)
     wall[(border >= 0) & (border < len(firm[0]) + len(weak[0]))] = 0.4
     wall[(border >= 0) & (border < len(firm[0]))] = 0.7
-    hidden = hidden_wall(cells, faces, lines.direction, empty=(of_cells.hit < 0.1) & (of_cells.inside < 0))
+    unseen = (of_cells.hit < 0.1) & (of_cells.inside < 0)
+    hidden = hidden_wall(cells, faces, lines.direction, empty=unseen, sided=sensor is not None)
     wall[hidden] = np.maximum(wall[hidden], 0.6)
     looked_through = in_front(cells, edge_evidence(cells, lines, sweeps, afar=False))
     room = label_cells(cells, inside=of_cells.inside + looked_through, wall=wall)

@@ -72,4 +72,5 @@ def test_a_face_behind_a_cupboard_goes_on_where_the_other_face_was_seen(back_is_
     inside = np.array([0 < polygon.centroid.y < 0.2 for polygon in cells.polygons])
     hidden = hidden_wall(cells, wall, direction, empty=inside)
     assert hidden[hides & (cells.edge_line == 0)].all() == back_is_seen
+    assert not hidden_wall(cells, wall, direction, empty=inside, sided=False).any()
     assert not hidden[~hides].any()

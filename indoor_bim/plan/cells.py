@@ -146,6 +146,7 @@ def hidden_wall(
     gap: float = 2.0,
     thickest: float = 0.6,
     met: float = 0.25,
+    sided: bool = True,
 ) -> Bools:
     """Edges where a face is hidden, as behind a cupboard, and the other face of the wall is hidden as well or was seen: it goes on.
 
@@ -171,6 +172,8 @@ def hidden_wall(
         Thickest wall, metres.
     met : float
         Share from which an edge counts as the face of a wall across.
+    sided : bool
+        Whether it is known which side faces were seen from; only then a seen face says where the other one is.
     """
     lines = len(direction)
     length = np.hypot(*(cells.edge_end - cells.edge_start).T)
@@ -197,7 +200,7 @@ def hidden_wall(
     hidden = np.zeros(len(wall), dtype=bool)
     for cell in np.unique(right[candidate]):
         sides = np.flatnonzero(candidate & (right == cell))
-        backs = np.flatnonzero((candidate | (wall >= seen)) & (cells.edge_line < lines) & (cells.right == cell))
+        backs = np.flatnonzero((candidate | (sided & (wall >= seen))) & (cells.edge_line < lines) & (cells.right == cell))
         facing = direction[cells.edge_line[sides]] @ direction[cells.edge_line[backs]].T
         hidden[sides] = (facing < -0.99).any(axis=1)
     return hidden
