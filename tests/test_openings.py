@@ -12,6 +12,7 @@ from scanned_wall import HEIGHT, LENGTH, Hole, Scan, Screen, leaf, scan, storey
 from indoor_bim.model import Storey
 from indoor_bim.openings import find_openings
 from indoor_bim.params import OpeningParams
+from indoor_bim.plan.openings import name_opening
 from indoor_bim.wall_views import wall_views, write_wall_pictures
 
 DOOR = Hole(1.213, 2.118, 0.0, 2.087)
@@ -165,6 +166,13 @@ def test_a_glazed_hole_close_above_the_floor_is_a_window():
     (window,) = openings(scan([low]))
     assert window.kind == "window"
     assert sides(window) == pytest.approx((low.start, low.end, low.bottom, low.top), abs=0.01)
+
+
+def test_a_closed_leaf_behind_a_threshold_is_a_door():
+    (door,) = openings(scan([Hole(2.0, 3.6, 0.08, 2.1, depth=0.062)], sides=(1,)))
+    assert door.kind == "door"
+    frame = inspect.signature(name_opening).parameters["frame"].default
+    assert sides(door) == pytest.approx((2.0 - frame, 3.6 + frame, 0.0, 2.1 + frame), abs=0.01)
 
 
 @pytest.mark.parametrize("sill", [0.10, 0.20, 0.90])

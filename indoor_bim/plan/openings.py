@@ -138,6 +138,9 @@ def name_opening(
     at_end = start < NARROWEST_PIER or end > wall.length - NARROWEST_PIER
     was_walked = any(start - WALKED_MARGIN < x < end + WALKED_MARGIN for x in walked)
     sill = None if was_walked else _low_sill(start, end, rays, tolerance=tolerance, thickness=wall.thickness)
+    glass = _is_glass(hole, rays, where, tolerance=tolerance)
+    if sill is not None and not (glass or blind) and _share_through(rays, start, end, sill, top, tolerance, through_depth) <= THROUGH_SHARE:
+        sill = None
     to_floor = sill is None and _reaches_floor(hole, edges["bottom"], where, around, thickness=wall.thickness)
     bottom = 0.0 if to_floor else max(edges["bottom"].place, 0.0) if sill is None else sill
     to_ceiling = wall.height - top < CEILING_GAP
@@ -146,7 +149,6 @@ def name_opening(
     through = float((depth > through_depth).mean()) if len(depth) else 0.0
     if at_end and (to_floor or blind or through < CLEARLY_THROUGH or sum(edge.seen for edge in edges.values()) < 3):
         return None
-    glass = _is_glass(hole, rays, where, tolerance=tolerance)
     flush = _is_flush(hole, where)
     is_through = (glass and not flush) if blind else through > THROUGH_SHARE
     width = end - start
@@ -247,6 +249,12 @@ def _is_framed(edges: dict[str, Edge], *, to_ceiling: bool, to_floor: bool) -> b
     if to_ceiling:
         return jambs == 2 and (to_floor or edges["bottom"].seen)
     return jambs >= 1 and sum(edge.seen for edge in edges.values()) >= 2
+
+
+def _share_through(rays: WallRays, start: float, end: float, bottom: float, top: float, tolerance: float, through: float) -> float:
+    """Share of the rays into a rectangle that went through the wall."""
+    inside = (rays.depth > tolerance) & (rays.along > start) & (rays.along < end) & (rays.up > bottom) & (rays.up < top)
+    return float((rays.depth[inside] > through).mean()) if inside.any() else 0.0
 
 
 def _is_flush(hole: Hole, where: Traces) -> bool:
