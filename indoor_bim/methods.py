@@ -12,7 +12,7 @@ from indoor_bim.params import Params
 from indoor_bim.stages import Stages
 
 if TYPE_CHECKING:
-    from indoor_bim.cloud.cloud import Cloud
+    from indoor_bim.cloud.cloud import Cloud, LevelledCloud
     from indoor_bim.frame import Frame
     from indoor_bim.plan.storey_plan import StoreyPlan
 
@@ -93,7 +93,6 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     from indoor_bim.auto import storey_plans
     from indoor_bim.cloud.levels import level, lowered
     from indoor_bim.cloud.spacing import point_spacing
-    from indoor_bim.openings import find_openings
 
     spacing = point_spacing(cloud.points)
     if spacing > SPARSE:
@@ -111,8 +110,7 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         levelled, plans = lowered(levelled, base), tuple(plan.lowered(base) for plan in plans)
     storeys, warnings = _storeys(plans, params, stages)
     with stages("openings") as keep:
-        measured: dict[str, Any] = {"trajectory": levelled.trajectory, "gps_time": cloud.gps_time, "intensity": cloud.intensity}
-        storeys = [find_openings(storey, levelled.points, **measured, **params.openings.model_dump()) for storey in storeys]
+        storeys = _with_openings(storeys, levelled, cloud, params)
         keep(storeys)
     return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
 
@@ -137,7 +135,6 @@ def slices(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     """
     from indoor_bim.cloud.levels import level
     from indoor_bim.gap_openings import with_gap_openings
-    from indoor_bim.openings import find_openings
     from indoor_bim.slices import slices_stages
 
     with stages("level") as keep:
@@ -148,13 +145,21 @@ def slices(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         keep(found)
     storeys, warnings = _storeys([storey.plan for storey in found], params, stages, far_snap=1.5)
     with stages("openings") as keep:
-        path, time, chosen = levelled.trajectory, cloud.gps_time, params.openings.model_dump()
-        storeys = [find_openings(storey, levelled.points, trajectory=path, gps_time=time, **chosen) for storey in storeys]
-        chosen.pop("frame")
+        storeys = _with_openings(storeys, levelled, cloud, params)
+        chosen = params.openings.model_dump(exclude={"frame"})
         gaps = {made.plan.floor or 0.0: made.gaps for made in found}
         storeys = [with_gap_openings(storey, gaps[min(gaps, key=lambda z: abs(z - storey.elevation))], **chosen) for storey in storeys]
         keep(storeys)
     return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
+
+
+def _with_openings(storeys: Sequence[Storey], levelled: LevelledCloud, cloud: Cloud, params: Params) -> list[Storey]:
+    """Storeys with the doors and windows that the rays at their walls show."""
+    from indoor_bim.openings import find_openings
+
+    chosen = params.openings.model_dump()
+    measured: dict[str, Any] = {"trajectory": levelled.trajectory, "gps_time": cloud.gps_time, "intensity": cloud.intensity}
+    return [find_openings(storey, levelled.points, **measured, **chosen) for storey in storeys]
 
 
 def _storeys(plans: Sequence[StoreyPlan], params: Params, stages: Stages, *, far_snap: float = 0.0) -> tuple[list[Storey], list[str]]:

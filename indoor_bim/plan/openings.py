@@ -146,7 +146,7 @@ def name_opening(
     to_ceiling = wall.height - top < CEILING_GAP
     inside = (rays.depth > tolerance) & (rays.along > start) & (rays.along < end) & (rays.up > bottom) & (rays.up < top)
     depth = rays.depth[inside]
-    through = float((depth > through_depth).mean()) if len(depth) else 0.0
+    through = _share_through(rays, start, end, bottom, top, tolerance, through_depth)
     if at_end and (to_floor or blind or through < CLEARLY_THROUGH or sum(edge.seen for edge in edges.values()) < 3):
         return None
     flush = _is_flush(hole, where)
