@@ -97,8 +97,7 @@ def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -
     """Openings among the holes of a wall."""
     out = []
     for hole in holes:
-        near = (view.rays.along > hole.start - AROUND_HOLE) & (view.rays.along < hole.end + AROUND_HOLE)
-        rays = view.rays.take(near)
+        rays = view.rays.take(np.flatnonzero((view.rays.along > hole.start - AROUND_HOLE) & (view.rays.along < hole.end + AROUND_HOLE)))
         opening = name_opening(
             hole,
             view.box,

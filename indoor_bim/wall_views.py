@@ -115,17 +115,9 @@ def wall_views(
         corrected, scatter, relief = level_faces(rays, cell=cell, shape=picture_shape(box, cell=cell))
         tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
         if not wall.thickness_measured:
-            corrected = corrected.take(corrected.side == _seen_side(corrected, tolerance=tolerance))
+            corrected = corrected.take(np.flatnonzero(corrected.side == _seen_side(corrected, tolerance=tolerance)))
         through_depth = wall.thickness + tolerance if wall.thickness_measured else max_thickness
-        ahead = np.abs(around[1]) > wall.thickness / 2 + tolerance
-        picture = draw_picture(
-            box,
-            corrected,
-            tolerance=tolerance,
-            through_depth=through_depth,
-            cell=cell,
-            before=(around[0][ahead], around[2][ahead]),
-        )
+        picture = draw_picture(box, corrected, tolerance=tolerance, through_depth=through_depth, cell=cell, around=around)
         yield WallView(
             wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), scatter, tolerance, through_depth, blind
         )
@@ -149,7 +141,7 @@ def recessed(view: WallView) -> Iterator[WallView]:
         if depth is None or depth > view.through_depth - view.tolerance:
             continue
         box = replace(view.box, thickness=max(view.box.thickness - depth, view.tolerance))
-        rays = view.rays.take(view.rays.side == side)
+        rays = view.rays.take(np.flatnonzero(view.rays.side == side))
         inside = rays_at_recess(rays, depth=depth, thickness=view.box.thickness)
         through_depth = view.through_depth - depth
         picture = draw_picture(box, inside, tolerance=view.tolerance, through_depth=through_depth, cell=view.picture.cell)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
-from indoor_bim.plan.scanner_path import path_periods, sensor_positions
+from indoor_bim.plan.scanner_path import DRIFT_PERIOD, path_periods, sensor_positions
 
 TRIPOD = np.array([[0.0, 1, 1, 1], [120.0, 5, 1, 1], [240.0, 9, 9, 1]])
 WALK = np.column_stack([np.arange(11) * 0.1, np.arange(11) * 0.08, np.zeros(11), np.ones(11)])
@@ -39,3 +40,16 @@ def test_two_walks_are_not_joined():
     both = np.vstack([WALK, WALK + np.array([31, 5, 0, 0])])
     assert sensor_positions(both, np.array([15.0, 31.0]))[:, 0].tolist() == [0.8, 5.0]
     assert path_periods(both, np.array([0.9, 15.0, 30.9, 31.0])).tolist() == [0, 0, 0, 15]
+
+
+@pytest.mark.parametrize("shuffled", [False, True])
+def test_many_points_at_once_are_interpolated_as_by_numpy(shuffled):
+    rng = np.random.default_rng(1)
+    time = np.cumsum(rng.choice([0.0, 0.05, 0.1, 0.3], 400))
+    path = np.column_stack([time, np.cumsum(rng.normal(0, 0.1, (400, 3)), axis=0)])
+    times = np.sort(np.concatenate([rng.uniform(time[0] - 1, time[-1] + 1, 120_000), time, [np.nan]]))
+    times = rng.permutation(times) if shuffled else times
+    expected = np.column_stack([np.interp(times, time, path[:, k]) for k in (1, 2, 3)])
+    np.testing.assert_array_equal(sensor_positions(path, times), expected)
+    known = times[np.isfinite(times)]
+    np.testing.assert_array_equal(path_periods(path, known), np.floor((known - time[0]) / DRIFT_PERIOD))

@@ -63,7 +63,7 @@ def rays_at_recess(rays: WallRays, *, depth: float, thickness: float) -> WallRay
     thickness : float
         Thickness of the wall, metres.
     """
-    inside = rays.take(rays.depth > depth - FRONT)
+    inside = rays.take(np.flatnonzero(rays.depth > depth - FRONT))
     share = np.float32(depth / thickness)
     return replace(
         inside,

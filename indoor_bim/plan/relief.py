@@ -68,34 +68,36 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
     relief : tuple of Relief
         Of the faces that were hit.
     """
+    from indoor_bim.plan.relief_loops import hits_on_face, take_off
+
     depth = rays.depth.astype(np.float64)
     left_over: list[Floats] = []
     reliefs: list[Relief] = []
-    row = np.clip(np.floor(rays.up_end / cell), 0, shape[0] - 1).astype(np.int64)
-    column = np.clip(np.floor(rays.along_end / cell), 0, shape[1] - 1).astype(np.int64)
+    places = shape[0] * shape[1]
     for side in (1, -1):
-        here = rays.side == side
-        hits = np.flatnonzero(here & (np.abs(depth) < FACE_REACH) & (rays.slant > STEEP))
+        hits = np.zeros(len(rays), dtype=np.int64)
+        hits = hits[: hits_on_face(rays.side, rays.depth, rays.slant, side, FACE_REACH, STEEP, hits)]
         if not len(hits):
             continue
-        turn = _turn(rays.along_end[hits].astype(np.float64), depth[hits])
-        turned = depth - turn * (rays.along - np.median(rays.along_end[hits]))
-        if abs(turn) > LEAST_TURN and _most_together(turned[hits]) > FLATTER * _most_together(depth[hits]):
-            depth[here] = turned[here]
-        hits = hits[np.abs(depth[hits] - _mode(depth[hits])) < FACE_REACH / 2]
-        names, number = np.unique(rays.period[hits], return_inverse=True)
-        place = row[hits] * shape[1] + column[hits]
-        pairs, pair = np.unique(number * (shape[0] * shape[1]) + place, return_inverse=True)
-        steps = np.round(depth[hits] / QUANTUM)
-        count = np.bincount(pair)
-        total: Floats = np.bincount(pair, weights=steps).astype(np.float64) * QUANTUM
-        pair_period, pair_place = np.divmod(pairs, shape[0] * shape[1])
-        offset, face = _additive(total, count, pair_period, pair_place, shape[0] * shape[1])
+        along, mine = rays.along_end.take(hits), depth.take(hits)
+        turn = _turn(along.astype(np.float64), mine)
+        if abs(turn) > LEAST_TURN:
+            turned = depth - turn * (rays.along - np.median(along))
+            if _most_together(turned[hits]) > FLATTER * _most_together(mine):
+                depth = np.where(rays.side == side, turned, depth)
+                mine = depth.take(hits)
+        near = np.flatnonzero(np.abs(mine - _mode(mine)) < FACE_REACH / 2)
+        hits, mine, along = hits.take(near), mine.take(near), along.take(near)
+        row = np.clip(np.floor(rays.up_end.take(hits) / cell), 0, shape[0] - 1).astype(np.int64)
+        place = row * shape[1] + np.clip(np.floor(along / cell), 0, shape[1] - 1).astype(np.int64)
+        names, number = _numbered(rays.period.take(hits))
+        pair_period, pair_place, count, total = _pairs(number, len(names), place, places, mine)
+        offset, face = _additive(total, count, pair_period, pair_place, places)
         enough = np.bincount(pair_period, weights=count) >= ENOUGH_HITS
         known = (names[enough], offset[enough]) if enough.any() else (names, np.full(len(names), np.median(offset)))
-        depth[here] -= np.interp(rays.period[here], *known)
-        left_over.append(depth[hits] - face[place])
-        hit_count = np.bincount(pair_place, weights=count, minlength=shape[0] * shape[1]).astype(np.int64)
+        take_off(rays.side, side, rays.period, *known, depth)
+        left_over.append(depth.take(hits) - face.take(place))
+        hit_count = np.bincount(pair_place, weights=count, minlength=places).astype(np.int64)
         reliefs.append(Relief(side, face.reshape(shape), hit_count.reshape(shape)))
     all_left = np.concatenate(left_over) if left_over else np.zeros(0)
     scatter = 1.4826 * float(np.median(np.abs(all_left))) if len(all_left) else 0.0
@@ -115,31 +117,46 @@ def _turn(along: Floats, depth: Floats) -> float:
     return float(np.median(mean[partner[paired]] - mean[paired])) / (TURN_LAG * TURN_STEP)
 
 
+def _numbered(periods: Ints) -> tuple[Ints, Ints]:
+    """Different periods in ascending order, and the number of each hit's among them; fast where they come in runs."""
+    begin = np.flatnonzero(np.diff(periods, prepend=periods[0] - 1))
+    names, number = np.unique(periods[begin], return_inverse=True)
+    return names, np.repeat(number, np.diff(begin, append=len(periods)))
+
+
+def _pairs(period: Ints, periods: int, place: Ints, places: int, depth: Floats) -> tuple[Ints, Ints, Ints, Floats]:
+    """Period, place, number of hits and sum of their depths, of every pair of period and place that has hits; by period and place."""
+    from indoor_bim.plan.relief_loops import pair_sums
+
+    pair_period, pair_place, count = (np.zeros(len(place), dtype=np.int64) for _ in range(3))
+    total = np.zeros(len(place))
+    pairs = pair_sums(period, periods, place, places, np.round(depth / QUANTUM), pair_period, pair_place, count, total)
+    return pair_period[:pairs], pair_place[:pairs], count[:pairs], total[:pairs] * QUANTUM
+
+
 def _additive(total: Floats, count: Ints, period: Ints, place: Ints, places: int) -> tuple[Floats, Floats]:
-    """Offsets of periods and of places whose sums are nearest to the mean of each pair."""
+    """Offsets of periods and of places whose sums are nearest to the mean of each pair; most places have none."""
+    from indoor_bim.plan.relief_loops import alternate_means
+
     per_period = np.bincount(period, weights=count)
     per_place = np.bincount(place, weights=count, minlength=places)
-    face = np.zeros(places)
-    offset = np.zeros(len(per_period))
-    for _ in range(ROUNDS):
-        offset = np.bincount(period, weights=total - count * face[place]) / per_period
-        face = np.bincount(place, weights=total - count * offset[period], minlength=places) / np.maximum(per_place, 1)
-        middle = _mode(face[per_place > 0])
-        face -= middle
-        face[per_place == 0] = 0.0
-        offset += middle
-    return offset, face
+    face, offset = np.zeros(places), np.zeros(len(per_period))
+    alternate_means(total, count, period, place, per_period, per_place, ROUNDS, offset, face)
+    middle = _mode(face[per_place > 0])
+    return offset + middle, np.where(per_place > 0, face - middle, 0.0)
 
 
 def _most_together(values: Floats) -> int:
     """Most values in an interval of 2 cm."""
-    ordered = np.sort(values)
-    return int((np.searchsorted(ordered, ordered + TOGETHER, side="right") - np.arange(len(ordered))).max())
+    from indoor_bim.plan.relief_loops import densest
+
+    return int(densest(np.sort(values), TOGETHER)[1])
 
 
 def _mode(values: Floats) -> float:
     """Middle of the 2 cm interval that holds most values."""
+    from indoor_bim.plan.relief_loops import densest
+
     ordered = np.sort(values)
-    count = np.searchsorted(ordered, ordered + TOGETHER, side="right") - np.arange(len(ordered))
-    best = int(np.argmax(count))
-    return float(ordered[best + count[best] // 2])
+    first, count = densest(ordered, TOGETHER)
+    return float(ordered[first + count // 2])

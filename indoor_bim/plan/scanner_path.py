@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
+
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -37,13 +41,18 @@ def sensor_positions(trajectory: Floats, gps_time: Floats) -> Floats:
     >>> sensor_positions(walked, np.array([0.25, 30.0, 61.0]))[:, 0].tolist()
     [0.5, 2.0, 9.0]
     """
-    time = trajectory[:, 0]
+    from indoor_bim.plan.path_loops import positions_at
+
+    time, gps_time = trajectory[:, 0], np.asarray(gps_time, dtype=np.float64)
     if _stands(time):
         return np.asarray(trajectory[_standpoint(time, gps_time), 1:4], dtype=np.float64)
     stood = np.flatnonzero(np.diff(time) > STANDING)
     time = np.insert(time, stood + 1, np.nextafter(time[stood + 1], -np.inf))
     path = np.insert(trajectory[:, 1:], stood + 1, trajectory[stood, 1:], axis=0)
-    return np.column_stack([np.interp(gps_time, time, path[:, k]) for k in range(3)])
+    time, path = np.ascontiguousarray(time, dtype=np.float64), np.ascontiguousarray(path[:, :3], dtype=np.float64)
+    positions = np.zeros((len(gps_time), 3))
+    _in_parts(lambda part: positions_at(gps_time[part], time, path, positions[part]), len(gps_time))
+    return positions
 
 
 def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
@@ -67,13 +76,21 @@ def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
     >>> path_periods(walked, np.array([0.5, 30.0, 50.0, 61.0])).tolist()
     [0, 0, 0, 30]
     """
-    time = trajectory[:, 0]
+    from indoor_bim.plan.path_loops import periods_at
+
+    time, gps_time = np.ascontiguousarray(trajectory[:, 0], dtype=np.float64), np.asarray(gps_time, dtype=np.float64)
     if _stands(time):
         return _standpoint(time, gps_time)
-    row = np.clip(np.searchsorted(time, gps_time, side="right") - 1, 0, len(time) - 1)
-    stood = np.append(np.diff(time) > STANDING, False)[row]
-    periods: Ints = np.floor((np.where(stood, time[row], gps_time) - time[0]) / DRIFT_PERIOD).astype(np.int64)
+    stood = np.append(np.diff(time) > STANDING, False)
+    periods = np.zeros(len(gps_time), dtype=np.int64)
+    _in_parts(lambda part: periods_at(gps_time[part], time, stood, DRIFT_PERIOD, periods[part]), len(gps_time))
     return periods
+
+
+def _in_parts(work: Callable[[slice], None], count: int) -> None:
+    """Do work on parts of so many points."""
+    threads = threads_for(count)
+    in_threads(work, even_slices(count, threads), threads=threads)
 
 
 def _stands(time: Floats) -> bool:

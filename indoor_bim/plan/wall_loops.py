@@ -1,4 +1,4 @@
-"""Rays and points at walls, one by one: the compiled inner loops of `wall_rays` and `wall_points`."""
+"""Rays and points at walls, one by one: the compiled inner loops of `wall_rays`, `wall_points` and `wall_picture`."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ _wall = types.Array(types.float64, 1, "C", readonly=True)
 _rows, _names = types.Array(types.int32, 1, "C"), types.Array(types.int16, 1, "C")
 _table = types.Array(types.float32, 2, "C")
 _places = types.Array(types.float64, 2, "C")
-_f64 = types.float64
+_f64, _f32 = types.float64, types.float32
+_sides, _float32s = types.Array(types.int8, 1, "A", readonly=True), types.Array(types.float32, 1, "A", readonly=True)
+_floats = types.Array(types.float64, 1, "A", readonly=True)
+_two_pictures, _one_picture = types.Array(types.int64, 3, "C"), types.Array(types.int64, 2, "C")
 
 
 @compiled(_points, _points, _points, _f64, _f64, _rows, _names)
@@ -100,3 +103,34 @@ def point_places(points, rows, wall, places):  # type: ignore[no-untyped-def]
         places[0, k] = (points[i, 0] - x) * dx + (points[i, 1] - y) * dy
         places[1, k] = (points[i, 1] - y) * dx - (points[i, 0] - x) * dy
         places[2, k] = points[i, 2] - base
+
+
+@compiled(_sides, *[_float32s] * 6, _f32, _f32, _f32, _f32, _two_pictures, _two_pictures, _two_pictures)
+def count_rays(  # type: ignore[no-untyped-def]
+    sides, depth, slant, along, up, along_end, up_end, tolerance, through_depth, steep, cell, face, entered, through
+):
+    """Count the rays from each side (1, -1) that ended on a face, went in, and went through, in the cells where they did so."""
+    rows, columns = face.shape[1], face.shape[2]
+    for i in range(len(sides)):
+        side = 0 if sides[i] == 1 else 1
+        if abs(depth[i]) <= tolerance:
+            row, column = np.floor(up_end[i] / cell), np.floor(along_end[i] / cell)
+            if row >= 0 and row < rows and column >= 0 and column < columns:
+                face[side, int(row), int(column)] += 1
+        elif depth[i] > tolerance and slant[i] > steep:
+            row, column = np.floor(up[i] / cell), np.floor(along[i] / cell)
+            if row >= 0 and row < rows and column >= 0 and column < columns:
+                entered[side, int(row), int(column)] += 1
+                if depth[i] > through_depth:
+                    through[side, int(row), int(column)] += 1
+
+
+@compiled(_floats, _floats, _floats, _f64, _f64, _one_picture)
+def count_ahead(along, across, up, half, cell, front):  # type: ignore[no-untyped-def]
+    """Count the points farther from the centre line than half a thickness in the cells before which they lie."""
+    rows, columns = front.shape
+    for i in range(len(along)):
+        if abs(across[i]) > half:
+            row, column = np.floor(up[i] / cell), np.floor(along[i] / cell)
+            if row >= 0 and row < rows and column >= 0 and column < columns:
+                front[int(row), int(column)] += 1

@@ -70,7 +70,13 @@ def picture_shape(wall: WallBox, *, cell: float) -> tuple[int, int]:
 
 
 def draw_picture(
-    wall: WallBox, rays: WallRays, *, tolerance: float, through_depth: float, cell: float, before: tuple[Floats, Floats] | None = None
+    wall: WallBox,
+    rays: WallRays,
+    *,
+    tolerance: float,
+    through_depth: float,
+    cell: float,
+    around: tuple[Floats, Floats, Floats] | None = None,
 ) -> WallPicture:
     """Picture of one wall.
 
@@ -86,30 +92,16 @@ def draw_picture(
         Rays that ended this far behind the nearer face went through the wall, metres.
     cell : float
         Side of a cell, metres.
-    before : ((m,), (m,)) float64, optional
-        Along and up of the points in front of the wall, metres.
+    around : ((m,), (m,), (m,)) float64, optional
+        Points around the wall: along, across, up; metres. Those in front of it are counted.
     """
+    from indoor_bim.plan.wall_loops import count_ahead, count_rays
+
     shape = picture_shape(wall, cell=cell)
-    on_face = np.abs(rays.depth) <= tolerance
-    went_in = (rays.depth > tolerance) & (rays.slant > STEEP)
-    through = went_in & (rays.depth > through_depth)
-    nothing = np.zeros(0)
-    ahead = before if before is not None else (nothing, nothing)
-
-    def by_side(along: NDArray, up: NDArray, rows: NDArray[np.bool_]) -> Counts:
-        return np.stack([_count(along[mine], up[mine], cell, shape) for mine in (rows & (rays.side == side) for side in (1, -1))])
-
-    return WallPicture(
-        cell,
-        face=by_side(rays.along_end, rays.up_end, on_face),
-        entered=by_side(rays.along, rays.up, went_in),
-        through=by_side(rays.along, rays.up, through),
-        front=_count(ahead[0], ahead[1], cell, shape),
-    )
-
-
-def _count(along: NDArray, up: NDArray, cell: float, shape: tuple[int, int]) -> Counts:
-    column, row = np.floor(along / cell).astype(np.int64), np.floor(up / cell).astype(np.int64)
-    inside = (row >= 0) & (row < shape[0]) & (column >= 0) & (column < shape[1])
-    counts: Counts = np.bincount(row[inside] * shape[1] + column[inside], minlength=shape[0] * shape[1]).reshape(shape)
-    return counts
+    face, entered, through = (np.zeros((2, *shape), dtype=np.int64) for _ in range(3))
+    ends = (rays.along, rays.up, rays.along_end, rays.up_end)
+    count_rays(rays.side, rays.depth, rays.slant, *ends, tolerance, through_depth, STEEP, cell, face, entered, through)
+    front = np.zeros(shape, dtype=np.int64)
+    if around is not None:
+        count_ahead(*around, wall.thickness / 2 + tolerance, cell, front)
+    return WallPicture(cell, face, entered, through, front)

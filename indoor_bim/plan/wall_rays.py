@@ -98,9 +98,9 @@ class WallRays:
     def __len__(self) -> int:
         return len(self.side)
 
-    def take(self, rows: NDArray) -> Self:
-        """Rays of the given rows (indices or mask)."""
-        return replace(self, **{name: values[rows] for name in self.__slots__ if (values := getattr(self, name)) is not None})
+    def take(self, rows: Ints) -> Self:
+        """Rays of the given rows."""
+        return replace(self, **{name: values.take(rows) for name in self.__slots__ if (values := getattr(self, name)) is not None})
 
 
 def rays_at_walls(
