@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from face_lines import lines_between
 
+from indoor_bim.plan import line_fit_loops as loops
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.line_fit import fit_to_points
+from indoor_bim.plan.tiles import tiles_of
 
 HEIGHT = 2.5
 
@@ -85,3 +89,56 @@ def test_short_lines_keep_their_direction():
     found = fit_to_points(lines_between(((0, 0), (0.5, 0))), wall(np.column_stack([x, 0.006 + 0.01 * (x - 0.25)])))
     assert found.angle[0] == 0
     assert found.offset[0] == pytest.approx(0.006, abs=2e-4)
+
+
+def twin(x, y, share, *, reach, finest, turn):
+    """Robust line in numpy."""
+    level = slope = 0.0
+    width = reach
+    for _ in range(loops.ROUNDS):
+        residual = np.abs(y - level - slope * x)
+        near = residual < width
+        order = np.argsort(residual[near], kind="stable")
+        total = np.cumsum(share[near][order])
+        middle = residual[near][order][np.searchsorted(total, total[-1] / 2)]
+        width = np.clip(loops.TUKEY * 1.4826 * middle, loops.TUKEY * finest, reach)
+        weight = share * np.maximum(1 - (residual / width) ** 2, 0) ** 2
+        mx, my = np.average(x, weights=weight), np.average(y, weights=weight)
+        if turn:
+            slope = (weight * (x - mx) * (y - my)).sum() / (weight * (x - mx) ** 2).sum()
+        before, level = level, my - slope * mx
+        if abs(level - before) < 1e-6:
+            break
+    return level, slope
+
+
+@pytest.mark.parametrize("turn", [True, False])
+@pytest.mark.parametrize("count", [7, 300, 5000])
+def test_robust_line_is_that_of_its_twin(count, turn):
+    random = np.random.default_rng(count)
+    x, share = random.uniform(0, 6, count), random.uniform(0.1, 1, count)
+    y = 0.005 + 0.002 * x + random.normal(0, 0.004, count)
+    y[::5] = random.uniform(-0.05, 0.05, len(y[::5]))
+    settings = {"reach": 0.05, "finest": 0.001, "turn": turn}
+    assert loops.robust_line(x, y, share, *settings.values()) == pytest.approx((*twin(x, y, share, **settings), True), abs=1e-9)
+
+
+@pytest.mark.parametrize("count", [1, 2, 999])
+def test_weighted_median(count):
+    random = np.random.default_rng(count)
+    values, weights = np.round(random.uniform(0, 0.03, count), 3), random.uniform(0, 1, count)
+    order = np.argsort(values)
+    expected = values[order][np.searchsorted(np.cumsum(weights[order]), weights.sum() / 2)]
+    padded = np.append(values, 0.04), np.append(weights, 9.0)
+    assert loops.weighted_median(*padded, count, 0.05) == expected
+
+
+def test_tiles_change_nothing():
+    random = np.random.default_rng(8)
+    x = along_x(20_000)
+    points = wall(np.column_stack([x, random.normal(0.004, 0.008, len(x))]), sensor=np.column_stack([x, np.full(len(x), 2.0)]))
+    tiles, order = tiles_of(points.xy)
+    lines = lines_between(((0, 0), (5, 0)), ((4, 0.01), (1, 0.01)))
+    first, second = fit_to_points(lines, points), fit_to_points(lines, replace(points.take(order), tiles=tiles))
+    for name in ("angle", "offset", "start", "end"):
+        np.testing.assert_array_equal(getattr(first, name), getattr(second, name))

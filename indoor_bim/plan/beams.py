@@ -63,7 +63,6 @@ def without_beams(
     """
     length = np.hypot(*(q - p).T)
     shapely.prepare(rooms)
-    ordered = points.take(np.argsort(points.xy[:, 0]))
     beams: list[list[tuple[float, float]]] = [[] for _ in p]
     for k, (a, b, whole) in enumerate(zip(p, q, length, strict=True)):
         if whole >= narrowest:
@@ -73,9 +72,12 @@ def without_beams(
             step = whole / count
             spots = a + ((np.arange(count) + 0.5) * step)[:, None] * d
             behind = np.any([shapely.contains_xy(rooms, *(spots - t * left).T) for t in np.arange(0.1, thickest + 0.15, 0.1)], axis=0)
-            open_below = behind & _floor_goes_on(spots, left, floor)
+            if behind.sum() * step < empty * narrowest:
+                continue
+            open_below = behind.copy()
+            open_below[behind] = _floor_goes_on(spots[behind], left, floor)
             if open_below.sum() * step >= empty * narrowest:
-                along, across, rise = _middle_points(a, d, whole, ordered, depth=0.25)
+                along, across, rise = _middle_points(a, d, whole, points, depth=0.25)
                 standing = _hit_columns(along, rise, np.abs(across) < near, count, step)
                 runs = _long_runs(open_below & ~standing, standing, narrowest / step, share=empty)
                 reveals = along[(across < -near) & (across > -0.25)]
@@ -89,18 +91,17 @@ def without_beams(
 def _floor_goes_on(spots: Floats, left: Floats, floor: Raster) -> Bools:
     """Whether the floor was hit within a column in front of a face, under it, and behind it."""
     along = np.array([left[1], -left[0]])
-    shifts = np.linspace(-COLUMN, COLUMN, 9)
-    rows = [
-        np.any([floor.sample(spots + u * along - t * left) > 0 for u in shifts for t in depths], axis=0)
-        for depths in (np.arange(-0.25, -0.05, 0.02), np.arange(0.06, 0.20, 0.02))
-    ]
-    return np.asarray(rows[0] & rows[1], dtype=bool)
+    beside = spots[:, None] + np.linspace(-COLUMN, COLUMN, 9)[:, None] * along
+    goes_on = np.ones(len(spots), dtype=bool)
+    for depths in (np.arange(-0.25, -0.05, 0.02), np.arange(0.06, 0.20, 0.02)):
+        around = beside[:, :, None] - depths[:, None] * left
+        goes_on &= (floor.sample(around.reshape(-1, 2)) > 0).reshape(len(spots), -1).any(axis=1)
+    return goes_on
 
 
 def _middle_points(a: Floats, d: Floats, length: float, points: WallPoints, *, depth: float) -> tuple[Floats, Floats, Floats]:
     """Places along and across a face, and shares of the height, of points around it and in the middle of the height."""
-    ends = sorted([a[0], a[0] + length * d[0]])
-    rows = slice(*np.searchsorted(points.xy[:, 0], [ends[0] - depth, ends[1] + depth]))
+    rows = np.concatenate([np.arange(0), *(np.arange(*ends) for ends in points.along(a, a + length * d, depth))])
     (x, y), rise = (points.xy[rows] - a).T, points.rise[rows]
     along, across = x * d[0] + y * d[1], y * d[0] - x * d[1]
     on = (np.abs(across) < depth) & (along > 0) & (along < length) & (rise > MIDDLE[0]) & (rise < MIDDLE[1])

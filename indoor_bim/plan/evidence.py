@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.tiles import TILE, Tiles, tiles_of
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -34,12 +36,15 @@ class WallPoints:
         Distance below the overhead surface at that spot, metres.
     sensor : (n, 2) float64 or None
         Plan position of the scanner when it took the point, metres.
+    tiles : Tiles, optional
+        Where the points of each tile are, if they are ordered by tile.
     """
 
     xy: Floats
     rise: Floats
     depth: Floats
     sensor: Floats | None
+    tiles: Tiles | None = None
 
     def __len__(self) -> int:
         return len(self.xy)
@@ -49,6 +54,10 @@ class WallPoints:
         places = np.arange(len(self))[rows]
         sensor = None if self.sensor is None else self.sensor.take(places, axis=0)
         return WallPoints(self.xy.take(places, axis=0), self.rise.take(places), self.depth.take(places), sensor)
+
+    def along(self, p: Floats, q: Floats, reach: float) -> NDArray[np.int64]:
+        """Ranges (k, 2) of rows with all points within reach of the line from p to q, and some others."""
+        return np.array([[0, len(self)]]) if self.tiles is None else self.tiles.along(p, q, reach)
 
 
 def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool = False) -> Raster | None:
@@ -166,14 +175,60 @@ def wall_points(
         Points this close to floor or overhead surface belong to it, metres.
     step : float
         The overhead height is looked up this far towards the scanner, metres.
+
+    Returns
+    -------
+    WallPoints
+        Ordered by tile; those of a tile in the order of the scan.
     """
+    if len(points) > FEW_POINTS:
+        return _wall_points_of_many(points, sensor, overhead, floor=floor, tolerance=tolerance, step=step)
     xy = points[:, :2]
     spot = xy if sensor is None else towards_scanner(xy, sensor, step)
     height = clamp_sample(overhead, spot)
     slack = tolerance + clamp_sample(_relief(overhead), spot)
     keep = (points[:, 2] < height - slack) & (points[:, 2] > floor + tolerance) & (height > floor + 0.5)
     rise = (points[keep, 2] - floor) / (height[keep] - floor)
-    return WallPoints(xy[keep], rise, height[keep] - points[keep, 2], None if sensor is None else sensor[keep, :2])
+    tiles, order = tiles_of(xy[keep])
+    wall = WallPoints(xy[keep], rise, height[keep] - points[keep, 2], None if sensor is None else sensor[keep, :2])
+    return replace(wall.take(order), tiles=tiles)
+
+
+def _wall_points_of_many(
+    points: Floats, sensor: Floats | None, overhead: Raster, *, floor: float, tolerance: float, step: float
+) -> WallPoints:
+    """As `wall_points`; every thread takes a share of the points, and puts those of a tile behind those of the threads before."""
+    from indoor_bim.plan.wall_point_loops import find_candidates, put_into_tiles
+
+    points = np.ascontiguousarray(points)
+    seen_from = np.zeros((0, 3)) if sensor is None else np.ascontiguousarray(sensor)
+    corners = np.floor(np.array([[points[:, k].min(), points[:, k].max()] for k in (0, 1)]).T / TILE).astype(np.int64)
+    columns, rows = (int(side) for side in corners[1] - corners[0] + 1)
+    images = (np.ascontiguousarray(image, dtype=np.float64) for image in (overhead.image, _relief(overhead).image))
+    place = (*images, float(overhead.origin[0]), float(overhead.origin[1]), overhead.cell)
+    grid = (TILE, int(corners[0, 0]), int(corners[0, 1]), columns)
+    parts = even_slices(len(points), threads_for(len(points)))
+    height, tile = np.zeros(len(points)), np.zeros(len(points), dtype=np.int32)
+    count = np.zeros((len(parts), rows * columns), dtype=np.int64)
+    in_threads(
+        lambda k: find_candidates(
+            points[parts[k]], seen_from[parts[k]], step, *place, floor, tolerance, *grid, height[parts[k]], tile[parts[k]], count[k]
+        ),
+        range(len(parts)),
+        threads=len(parts),
+    )
+    first = np.concatenate([[0], np.cumsum(count.sum(axis=0))]).astype(np.int64)
+    start = first[:-1] + np.cumsum(count, axis=0) - count
+    total = int(first[-1])
+    xy, rise, depth, spots = np.zeros((total, 2)), np.zeros(total), np.zeros(total), np.zeros((0 if sensor is None else total, 2))
+    in_threads(
+        lambda k: put_into_tiles(
+            points[parts[k]], seen_from[parts[k]], floor, height[parts[k]], tile[parts[k]], start[k], xy, rise, depth, spots
+        ),
+        range(len(parts)),
+        threads=len(parts),
+    )
+    return WallPoints(xy, rise, depth, None if sensor is None else spots, Tiles(corners[0], columns, first))
 
 
 def _relief(overhead: Raster) -> Raster:

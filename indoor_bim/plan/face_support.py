@@ -32,21 +32,15 @@ def measure(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segm
     """
     if len(points) <= FEW_POINTS:
         return measure_by_sorting(faces, points, reach=reach)
-    from indoor_bim.plan.face_loops import MICROMETRE, points_on_face, sort_by_column
+    from indoor_bim.plan.face_loops import MICROMETRE, points_on_face
 
-    low, high = float(points.xy[:, 0].min()), float(points.xy[:, 0].max())
-    first = np.zeros(int((high - low) / COLUMN) + 2, dtype=np.int64)
-    rows = np.zeros((len(points), 5))
     sensor = np.zeros((0, 2)) if points.sensor is None else np.ascontiguousarray(points.sensor)
-    sort_by_column(np.ascontiguousarray(points.xy), np.ascontiguousarray(points.rise), sensor, low, COLUMN, first, rows)
+    table = (np.ascontiguousarray(points.xy), np.ascontiguousarray(points.rise), sensor)
     support, rmse, coverage = np.zeros(len(faces), dtype=np.int64), np.full(len(faces), np.nan), np.zeros(len(faces))
     for k, (p, d, n, length) in enumerate(zip(faces.p, faces.direction, faces.normal, faces.length, strict=True)):
-        left, right = sorted((p[0], p[0] + length * d[0]))
-        start, stop = np.clip([(left - reach - low) // COLUMN, (right + reach - low) // COLUMN + 1], 0, len(first) - 1).astype(np.int64)
         hit = np.zeros((max(int(np.ceil(length / COLUMN)), 1), LAYERS), dtype=bool)
-        count, squares = points_on_face(
-            rows, points.sensor is not None, int(first[start]), int(first[stop]), p.copy(), d.copy(), n.copy(), length, reach, COLUMN, hit
-        )
+        ranges = points.along(p, p + length * d, reach)
+        count, squares = points_on_face(*table, ranges, p.copy(), d.copy(), n.copy(), length, reach, COLUMN, hit)
         if count:
             support[k], rmse[k], coverage[k] = count, np.sqrt(squares / count) * MICROMETRE, hit.mean()
     return _with_covariance(replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=coverage))
