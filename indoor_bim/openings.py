@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from indoor_bim.model import Evidence, Opening, Storey, Wall
 from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_holes
-from indoor_bim.plan.opening_edges import traces
-from indoor_bim.plan.openings import LOWEST_SILL, FoundOpening, leaf_count, name_opening
+from indoor_bim.plan.opening_evidence import LOWEST_SILL
+from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
 from indoor_bim.plan.shallow_doors import LARGEST_STEP, find_shallow_doors
+from indoor_bim.plan.traces import traces
 from indoor_bim.wall_views import WallView, recessed, wall_views
 
 Floats = NDArray[np.float64]

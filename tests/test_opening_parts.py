@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from indoor_bim.plan.edge_fits import fewest_wrong, frame_width
 from indoor_bim.plan.holes import Hole, find_holes
-from indoor_bim.plan.opening_edges import fewest_wrong, frame_width
 from indoor_bim.plan.relief import level_faces
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture

@@ -15,6 +15,8 @@ NARROWEST, WIDEST = 0.55, 1.25  # metres
 HINGE_SLACK = 0.12  # metres between the jamb and the pivot of the leaf
 ANGLES = np.radians(np.arange(40.0, 156.0, 5.0))  # from closed; leaves that are nearer to the wall cannot be told from it
 PATCH = 0.10  # metres
+SLACK = 0.30  # metres: what a leaf is looked for beyond its length, to see that it ends
+NEAREST = 0.15  # metres from the pivot: where hits may be on the jamb
 FILLED = 0.40  # share of the patches of a leaf that are hit at least
 LOW, HIGH = 0.30, 1.80  # metres above the floor: what every leaf covers
 
@@ -50,19 +52,22 @@ def find_leaves(along: Floats, across: Floats, up: Floats, *, start: float, end:
     thickness : float
         Thickness of the wall, metres.
     """
+    from indoor_bim.plan.opening_loops import best_fill
+
     width = end - start
-    level = (up > LOW) & (up < HIGH) & (along > start - WIDEST) & (along < end + WIDEST)
-    along, across, up = along[level], across[level], up[level]
+    level = np.flatnonzero((up > LOW) & (up < HIGH) & (along > start - WIDEST) & (along < end + WIDEST))
+    along, across, up = along.take(level), across.take(level), up.take(level)
+    directions = (np.cos(ANGLES), np.sin(ANGLES))
     found: list[tuple[float, Leaf]] = []
     for swing, sign in (("left", 1.0), ("right", -1.0)):
         beyond = across * sign - thickness / 2
-        ahead = beyond > 2 * THICKEST
+        ahead = np.flatnonzero(beyond > 2 * THICKEST)
         for hinge, jamb, inward in (("start", start, 1.0), ("end", end, -1.0)):
-            x, y, z = (along[ahead] - jamb) * inward, beyond[ahead], up[ahead]
+            x, y, z = (along.take(ahead) - jamb) * inward, beyond.take(ahead), up.take(ahead)
             for share in (1, 2) if width > 2 * NARROWEST else (1,):
                 if not NARROWEST <= width / share <= WIDEST + HINGE_SLACK:
                     continue
-                filled = _best_fill(x, y, z, length=width / share)
+                filled = best_fill(x, y, z, width / share, SLACK, HINGE_SLACK / 2, *directions, THICKEST, PATCH, NEAREST, LOW, HIGH)
                 if filled >= FILLED:
                     found.append((filled / share, Leaf(hinge, swing, filled)))  # type: ignore[arg-type]
     if not found:
@@ -72,26 +77,3 @@ def find_leaves(along: Floats, across: Floats, up: Floats, *, start: float, end:
     if width > 2 * NARROWEST and others:
         return (best, max(others, key=lambda leaf: leaf.filled))
     return (best,)
-
-
-def _best_fill(x: Floats, y: Floats, z: Floats, *, length: float) -> float:
-    """Largest share of the patches that a leaf of this length would cover, over angles and pivots."""
-    reach = np.hypot(x, y) < length + 0.3
-    x, y, z = x[reach], y[reach], z[reach]
-    layers = round((HIGH - LOW) / PATCH)
-    layer = np.minimum(((z - LOW) / PATCH).astype(np.int64), layers - 1)
-    best = 0.0
-    for pivot in (0.0, HINGE_SLACK / 2):
-        for angle in ANGLES:
-            c, s = np.cos(angle), np.sin(angle)
-            out, off = (x - pivot) * c + y * s, y * c - (x - pivot) * s
-            on = (np.abs(off) < THICKEST) & (out > 0)
-            first = max(2 * THICKEST / s, 0.15)
-            patches = max(int((length - 0.1 - first) / PATCH), 1)
-            column = np.floor((out[on] - first) / PATCH).astype(np.int64)
-            near = (column >= 0) & (column < patches + 4)
-            hit = np.bincount(column[near] * layers + layer[on][near], minlength=(patches + 4) * layers) > 0
-            inside = float(hit[: patches * layers].mean())
-            tail = float(hit[(patches + 2) * layers :].mean())
-            best = max(best, inside - tail)
-    return best

@@ -36,7 +36,10 @@ def points_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -
 
     boxes = wall_table(walls)
     points = np.ascontiguousarray(points, dtype=np.float64)
-    for box, rows in zip(boxes, rows_of_walls(points_of_walls, len(boxes), len(points), points, boxes, reach, MARGIN), strict=True):
+    found = rows_of_walls(
+        lambda part, *out: points_of_walls(points[part], boxes, reach, MARGIN, *out), walls=len(boxes), points=len(points)
+    )
+    for box, rows in zip(boxes, found, strict=True):
         places = np.zeros((3, len(rows)))
         point_places(points, rows, box, places)
         yield places[0], places[1], places[2]

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.threads import even_slices, in_threads, threads_for
+
 Floats = NDArray[np.float64]
 Float32s = NDArray[np.float32]
 Ints = NDArray[np.int64]
+Int16s = NDArray[np.int16]
 Int32s = NDArray[np.int32]
 
 FRONT = 0.15  # metres before a face: points farther away are not on it
@@ -130,14 +132,18 @@ def rays_at_walls(
 
     boxes = wall_table(walls)
     points, sensors = np.ascontiguousarray(points, dtype=np.float64), np.ascontiguousarray(sensors, dtype=np.float64)
-    found = []
-    for box, rows in zip(boxes, rows_of_walls(rays_of_walls, len(boxes), len(points), points, sensors, boxes, FRONT, MARGIN), strict=True):
-        fields = np.zeros((10, len(rows)), dtype=np.float32)
-        ray_fields(points, sensors, rows, box, fields)
+
+    def rays_at(wall: int) -> WallRays:
+        fields = np.zeros((10, len(rows[wall])), dtype=np.float32)
+        ray_fields(points, sensors, rows[wall], boxes[wall], fields)
         metres = dict(zip(METRES, fields[1:], strict=True))
-        strength = None if intensity is None else intensity[rows]
-        found.append(WallRays(side=fields[0].astype(np.int8), period=period[rows], intensity=strength, **metres))
-    return found
+        strength = None if intensity is None else intensity.take(rows[wall])
+        return WallRays(side=fields[0].astype(np.int8), period=period.take(rows[wall]), intensity=strength, **metres)
+
+    rows = rows_of_walls(
+        lambda part, *out: rays_of_walls(points[part], sensors[part], boxes, FRONT, MARGIN, *out), walls=len(boxes), points=len(points)
+    )
+    return in_threads(rays_at, range(len(boxes)), threads=threads_for(len(points)))
 
 
 def wall_table(walls: Sequence[WallBox]) -> Floats:
@@ -152,25 +158,30 @@ def wall_table(walls: Sequence[WallBox]) -> Floats:
     return np.array(rows, dtype=np.float64).reshape(-1, 8)
 
 
-def rows_of_walls(loop: Callable[..., int], walls: int, points: int, *given: Any) -> list[Int32s]:
+def rows_of_walls(loop: Callable[[slice, Int32s, Int16s], int], *, walls: int, points: int) -> list[Int32s]:
     """Rows that a compiled loop finds for each wall, in ascending order.
 
     Parameters
     ----------
     loop : callable
-        Writes pairs of row and wall as far as there is room, and tells their number.
+        Writes pairs of row and wall among a slice of the rows, as far as there is room, and tells their number.
     walls, points : int
         Number of walls and of rows.
-    *given : values
-        First arguments of the loop.
     """
-    room = USUAL_PAIRS * points
-    while True:
-        rows, names = np.zeros(room, dtype=np.int32), np.zeros(room, dtype=np.int16)
-        count = loop(*given, rows, names)
-        if count <= room:
-            break
-        room = count
-    order = np.argsort(names[:count], kind="stable")
-    first = np.searchsorted(names[order], np.arange(walls + 1))
-    return [rows[order[a:b]] for a, b in itertools.pairwise(first)]
+    from indoor_bim.plan.wall_loops import sort_by_wall
+
+    def grouped(part: slice) -> list[Int32s]:
+        room = USUAL_PAIRS * (part.stop - part.start)
+        while True:
+            rows, names = np.zeros(room, dtype=np.int32), np.zeros(room, dtype=np.int16)
+            count = loop(part, rows, names)
+            if count <= room:
+                break
+            room = count
+        first, ordered = np.zeros(walls + 1, dtype=np.int64), np.zeros(count, dtype=np.int32)
+        sort_by_wall(rows[:count], names[:count], part.start, first, ordered)
+        return np.split(ordered, first[1:-1])
+
+    threads = threads_for(points)
+    parts = in_threads(grouped, even_slices(points, threads), threads=threads)
+    return [np.concatenate([part[wall] for part in parts]) for wall in range(walls)]
