@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from indoor_bim.plan.evidence import WallPoints
-from indoor_bim.plan.face_lines import face_lines, join_lines, straight_pieces
+from indoor_bim.plan.face_lines import connected, face_lines, join_lines, straight_pieces
 from indoor_bim.plan.strips import sweep
 
 HEIGHT = 2.5
@@ -49,6 +50,18 @@ def test_two_faces_of_a_wall_are_two_lines():
     lines = face_lines(sweep(points, 0.0), family=0)
     assert np.sort(lines.offset * np.cos(lines.angle)) == pytest.approx([0.0, 0.12], abs=0.005)
     assert sorted(np.cos(lines.angle)) == pytest.approx([-1, 1], abs=1e-4)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01, 0.05, 0.3])
+def test_strips_on_crests_are_grouped_as_in_an_image(share):
+    crest = np.random.default_rng(3).random((2, 30, 90)) < share
+    crest[:, :, [0, -1]] = False
+    expected = []
+    for side in (0, 1):
+        labels, number = ndimage.label(ndimage.binary_dilation(crest[side], np.ones((1, 3))), np.ones((3, 3)))
+        expected += [[(side, *strip) for strip in np.argwhere(crest[side] & (labels == k + 1)).tolist()] for k in range(number)]
+    groups = connected(np.argwhere(crest), crest.shape)
+    assert [[tuple(strip) for strip in group.tolist()] for group in groups] == expected
 
 
 def test_crest_that_steps_from_a_leaf_to_the_wall_beside_it_is_cut_at_the_step():

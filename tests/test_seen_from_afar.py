@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import shapely
 
+from indoor_bim.plan import local_density
 from indoor_bim.plan.cells import cut_into_cells
-from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.evidence import FEW_POINTS, WallPoints
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.free_space import FreeSpace, extent, in_front, roofed, usual_density
 from indoor_bim.plan.line_search import AFAR, beside, find_lines
@@ -62,6 +65,22 @@ def test_a_cupboard_with_few_points_above_it_was_not_seen_from_afar():
     assert thinly_scanned(cupboard, NOTHING_OVERHEAD, sparse=AFAR).all()
     middle = (cupboard.xy[:, 0] > 0.4) & (cupboard.xy[:, 0] < 1.6)
     assert not thinly_scanned(cupboard, NOTHING_OVERHEAD, sparse=AFAR, whole=True)[middle].any()
+
+
+@pytest.mark.parametrize("sided", [True, False])
+@pytest.mark.parametrize("whole", [True, False])
+def test_many_points_are_thin_where_few_are(whole, sided, monkeypatch):
+    parts = [wall((0, k), (6 - k, k), density=20 * 6**k, seen_from=(3 + k, 2), seed=k, low=0.4 * k) for k in range(4)]
+    points = together(*parts)
+    if not sided:
+        points = replace(points, sensor=None)
+    assert len(points) > FEW_POINTS
+    overhead = Raster(np.random.default_rng(3).uniform(0, 600, (20, 30)), np.array([0.5, -1.0]), 0.25)
+    found = [thinly_scanned(points, overhead, sparse=sparse, whole=whole) for sparse in (40, 400)]
+    monkeypatch.setattr(local_density, "FEW_POINTS", len(points))
+    for thin, sparse in zip(found, (40, 400), strict=True):
+        assert np.array_equal(thin, thinly_scanned(points, overhead, sparse=sparse, whole=whole))
+        assert 0 < thin.mean() < 1
 
 
 @pytest.mark.parametrize("density", [12, 40, 150])

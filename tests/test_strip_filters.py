@@ -31,15 +31,35 @@ def test_many_points_give_what_their_twins_give(strips, angle, sided, seed):
     assert np.array_equal(many_low, low)
     assert np.array_equal(many_masks, masks)
     evidence, crest = wall_evidence(masks, strips), crests(masks, strips)
-    assert np.array_equal(evidence_of_many(masks, strips), evidence)
-    assert np.array_equal(crests_of_many(masks, strips), crest)
+    many_evidence, strong = evidence_of_many(masks, strips)
+    assert np.array_equal(many_evidence, evidence)
+    crest &= evidence >= 0.35
+    assert np.array_equal(crests_of_many(masks, strips, evidence, strong), np.flatnonzero(crest))
     swept = sweep(points, angle, strips=strips)
     assert np.array_equal(swept.masks, masks)
+    assert np.array_equal(swept.crest, np.argwhere(crest))
     shown = swept.evidence.whole()
     assert ((shown == 0) | (shown == evidence)).all()
-    assert (shown[crest & (evidence >= 0.35)] > 0).all()
+    assert (shown[crest] > 0).all()
+    assert not shown[:, :, 1:-1][~(crest[:, :, 1:-1] | crest[:, :, 2:] | crest[:, :, :-2])].any()
     u, v = np.indices(shown.shape[1:])
     assert np.array_equal(swept.evidence.at(1, u, v), shown[1])
     assert swept.bare().evidence is swept.evidence
     if angle == 0.0:
         assert (shown > 0.35).sum() > 20
+
+
+@pytest.mark.parametrize("strips", [BELOW_CEILING, FAR])
+@pytest.mark.parametrize("shape", [(2, 9, 70), (2, 4, 200), (2, 40, 64)])
+@pytest.mark.parametrize("share", [0.02, 0.6])
+def test_strips_hit_up_to_the_border_give_what_their_twins_give(strips, shape, share):
+    rng = np.random.default_rng(shape[1])
+    masks = np.where(rng.random(shape) < share, rng.integers(0, 2**strips.layers, shape), 0).astype(np.uint32)
+    masks[:, :, 20:24] |= np.uint32(2**strips.layers - 1)
+    masks[0, :, :2] |= np.uint32(2**strips.layers - 1)
+    evidence = wall_evidence(masks, strips)
+    many_evidence, strong = evidence_of_many(masks, strips)
+    assert np.array_equal(many_evidence, evidence)
+    assert (evidence >= 0.35).any()
+    places = np.flatnonzero(crests(masks, strips) & (evidence >= 0.35))
+    assert np.array_equal(crests_of_many(masks, strips, evidence, strong), places)

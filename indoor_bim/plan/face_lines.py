@@ -70,24 +70,51 @@ class FaceLines:
 
 def ridges(swept: Sweep, *, shortest: int = 4) -> list[tuple[int, Ints, Ints]]:
     """Crests of the wall evidence: side and strip indices (u, v) of each that runs over at least `shortest` strips, ordered along u."""
-    from scipy import ndimage
-
     found = []
-    for side in (0, 1):
-        thick = ndimage.binary_dilation(swept.crest[side], np.ones((1, 3)))
-        labels, number = ndimage.label(thick, np.ones((3, 3)))
-        labels[~swept.crest[side]] = 0
-        u, v = np.nonzero(labels)
-        label = labels[u, v]
-        order = np.argsort(label, kind="stable")
-        u, v, label = u[order], v[order], label[order]
-        bounds = np.searchsorted(label, np.arange(1, number + 2))
-        for k in range(number):
-            part = slice(bounds[k], bounds[k + 1])
-            for piece in straight_pieces(u[part], v[part]):
-                if u[part][piece].max() - u[part][piece].min() + 1 >= shortest:
-                    found.append((side, u[part][piece], v[part][piece]))
+    for part in connected(swept.crest, swept.masks.shape):
+        side, u, v = part.T
+        for piece in straight_pieces(u, v):
+            if u[piece].max() - u[piece].min() + 1 >= shortest:
+                found.append((int(side[0]), u[piece], v[piece]))
     return found
+
+
+def connected(crest: Ints, shape: tuple[int, ...], *, across: int = 3) -> list[Ints]:
+    """Groups of strips on crests: those side by side along that are not too far apart across belong together.
+
+    Parameters
+    ----------
+    crest : (n, 3) int64
+        Side, u and v of the strips, ascending.
+    shape : (int, int, int)
+        Numbers of sides and strips.
+    across : int
+        Largest difference in v.
+
+    Returns
+    -------
+    list of (m, 3) int64
+        Groups in the order of their first strips.
+    """
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    if not len(crest):
+        return []
+    width = shape[2] + across
+    key = (crest[:, 0] * (shape[1] + 1) + crest[:, 1]) * width + crest[:, 2]
+    beside = np.flatnonzero(np.diff(key) <= across)
+    first = np.searchsorted(key, key + width - across)
+    count = np.searchsorted(key, key + width + across, side="right") - first
+    behind = np.repeat(np.arange(len(key)), count)
+    ahead = np.arange(len(behind)) - np.repeat(np.cumsum(count) - count, count) + np.repeat(first, count)
+    tail, head = np.concatenate([beside, behind]), np.concatenate([beside + 1, ahead])
+    number, label = connected_components(
+        coo_matrix((np.ones(len(tail), dtype=bool), (tail, head)), shape=(len(key), len(key))), directed=False
+    )
+    order = np.argsort(label, kind="stable")
+    groups: list[Ints] = np.split(crest[order], np.searchsorted(label[order], np.arange(1, number)))
+    return groups
 
 
 def straight_pieces(u: Ints, v: Ints, *, rough: float = 1.0, better: float = 0.5, step: float = 4.0, shortest: int = 4) -> list[slice]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,8 @@ from indoor_bim.plan.line_merging import merge_lines
 from indoor_bim.plan.local_density import thinly_scanned
 from indoor_bim.plan.oblique import other_directions, unexplained
 from indoor_bim.plan.raster import Raster
-from indoor_bim.plan.strips import BELOW_CEILING, FAR, THIN, WHOLE_COLUMN, Sweep, evidence_along, sweep
+from indoor_bim.plan.strips import BELOW_CEILING, FAR, THIN, WHOLE_COLUMN, Strips, Sweep, evidence_along, sweep
+from indoor_bim.threads import in_threads, threads_for
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -55,21 +58,28 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
         candidates = points if np.isinf(sparse) else points.take(thinly_scanned(points, overhead, sparse=sparse, whole=strips is FAR))
         if not len(candidates):
             continue
-        found = []
-        for angle in MAIN:
-            sweeps.append(sweep(candidates, angle, strips=strips))
-            found.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
-            sweeps[-1] = sweeps[-1].bare()
-        rest = unexplained(candidates, join_lines([lines, *found]))
-        for angle in other_directions(rest) if strips is BELOW_CEILING else ():
-            sweeps.append(sweep(rest, angle, strips=strips))
-            found.append(face_lines(sweeps[-1], family=len(sweeps) - 1))
-            sweeps[-1] = sweeps[-1].bare()
+        shown, found = _swept(candidates, MAIN, strips, first=len(sweeps))
+        sweeps += shown
+        if strips is BELOW_CEILING:
+            rest = unexplained(candidates, join_lines([lines, *found]))
+            shown, others = _swept(rest, other_directions(rest), strips, first=len(sweeps))
+            sweeps, found = sweeps + shown, found + others
         more = join_lines(found)
         lines = merge_lines(join_lines([lines, more.take(~beside(more, lines))]))
     lines = fit_to_points(lines, points)
     hung = hangings(lines, lambda row, start, end: line_evidence(lines, row, sweeps, start, end))
     return lines.take(~hung), sweeps
+
+
+def _swept(points: WallPoints, angles: Sequence[float], strips: Strips, *, first: int) -> tuple[list[Sweep], list[FaceLines]]:
+    """Bare sweeps along some directions and the lines that they show; `first`: number of the first of these sweeps."""
+
+    def one(k: int) -> tuple[Sweep, FaceLines]:
+        swept = sweep(points, angles[k], strips=strips)
+        return swept.bare(), face_lines(swept, family=first + k)
+
+    both = in_threads(one, range(len(angles)), threads=min(threads_for(len(points)), 2))
+    return [swept for swept, _ in both], [lines for _, lines in both]
 
 
 def beside(lines: FaceLines, others: FaceLines, *, near: float = 0.05, far: float = 0.35, share: float = 0.5) -> Bools:

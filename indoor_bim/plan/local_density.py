@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.evidence import WallPoints, clamp_sample, towards_scanner
+from indoor_bim.plan.evidence import FEW_POINTS, WallPoints, clamp_sample, towards_scanner
 from indoor_bim.plan.raster import Raster
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 Bools = NDArray[np.bool_]
 
@@ -43,6 +44,8 @@ def thinly_scanned(
 
     if not len(points):
         return np.zeros(0, dtype=bool)
+    if len(points) > FEW_POINTS:
+        return _thinly_scanned_of_many(points, overhead, sparse=sparse, whole=whole, cell=cell, step=step)
     columns = [np.floor(values / cell).astype(np.int64) for values in points.xy.T]
     columns = [column - column.min() for column in columns]
     shape = [int(column.max()) + 1 for column in columns]
@@ -60,3 +63,34 @@ def thinly_scanned(
         np.maximum(densest, np.bincount(key[layer == height], minlength=len(densest)), out=densest)
     few: Bools = ndimage.maximum_filter(densest.reshape(4, *shape), size=(1, 3, 3)).ravel()[key] < sparse * cell**2
     return few & (clamp_sample(overhead, spot) < sparse)
+
+
+def _thinly_scanned_of_many(points: WallPoints, overhead: Raster, *, sparse: float, whole: bool, cell: float, step: float) -> Bools:
+    """As `thinly_scanned`, a share of the points in each thread."""
+    from scipy import ndimage
+
+    from indoor_bim.plan.density_loops import count_in_columns, in_thin_columns
+
+    xy, depth = np.ascontiguousarray(points.xy), np.ascontiguousarray(points.depth)
+    sensor = np.zeros((0, 2)) if points.sensor is None else np.ascontiguousarray(points.sensor)
+    (column, last_column), (row, last_row) = ((int(np.floor(v.min() / cell)), int(np.floor(v.max() / cell))) for v in xy.T)
+    layers = max(int(depth.max() / cell), 0) + 1 if whole else 1
+    parts = even_slices(len(points), threads_for(len(points)))
+    counts = np.zeros((len(parts), layers, 4, last_column - column + 1, last_row - row + 1), dtype=np.int64)
+    in_threads(
+        lambda k: count_in_columns(xy[parts[k]], sensor[parts[k]], depth[parts[k]], cell, column, row, counts[k]),
+        range(len(parts)),
+        threads=len(parts),
+    )
+    densest = ndimage.maximum_filter(counts.sum(axis=0).max(axis=0), size=(1, 3, 3))
+    image = np.ascontiguousarray(overhead.image, dtype=np.float64)
+    place = (float(overhead.origin[0]), float(overhead.origin[1]), overhead.cell)
+    thin = np.zeros(len(points), dtype=bool)
+    in_threads(
+        lambda part: in_thin_columns(
+            xy[part], sensor[part], cell, column, row, densest, sparse * cell**2, image, *place, step, sparse, thin[part]
+        ),
+        parts,
+        threads=len(parts),
+    )
+    return thin

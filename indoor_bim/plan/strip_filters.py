@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.plan import strip_loops as loops
 from indoor_bim.plan.evidence import WallPoints
-from indoor_bim.plan.strips import APART, BLUR, CLEARANCE, REACH, Strips, layer_bits, lower_corner
+from indoor_bim.plan.strips import APART, BLUR, CLEARANCE, LEAST_EVIDENCE, REACH, Strips, layer_bits, lower_corner
 from indoor_bim.threads import in_threads
 
 Floats = NDArray[np.float64]
@@ -28,46 +28,59 @@ def masks_of_many(points: WallPoints, cosine: float, sine: float, strips: Strips
     return low, masks
 
 
-def evidence_of_many(masks: NDArray[np.uint32], strips: Strips) -> NDArray[np.floating]:
-    """As `strips.wall_evidence`."""
+def evidence_of_many(masks: NDArray[np.uint32], strips: Strips) -> tuple[NDArray[np.floating], tuple[NDArray[np.bool_], ...]]:
+    """As `strips.wall_evidence`, and for each side the blocks in which it is strong somewhere."""
     filled, below = _filled_by_count(strips)
     first, last = strips.tall
     tall = (np.arange(33, dtype=np.float32) / (last - first)) >= 0.6
+    width = round(7 * strips.along / strips.across)
     out: NDArray[np.floating] = np.zeros(masks.shape, dtype=np.float32)
 
-    def side(k: int) -> None:
-        best, thinly, first_mean, second_mean = np.zeros((4, *masks.shape[1:]), dtype=np.float32)
-        width = round(7 * strips.along / strips.across)
-        loops.fill(masks[k], REACH, layer_bits(strips.band), below, layer_bits(strips.tall), tall, filled, best, thinly)
-        loops.mean_along(best, 7, first_mean)
-        loops.mean_across(best, width, second_mean)
-        loops.mean_along(thinly, 15, out[k])
-        loops.leave_out(best, first_mean, second_mean, thinly, out[k])
-        loops.mean_across(thinly, width, first_mean)
-        loops.join_and_smooth(best, thinly, first_mean, out[k])
+    def side(k: int) -> NDArray[np.bool_]:
+        strong: NDArray[np.bool_]
+        hit, some, strong = np.zeros((3, masks.shape[1], -(-masks.shape[2] // loops.BLOCK)), dtype=bool)
+        best, thinly, kept = np.zeros((3, *masks.shape[1:]), dtype=np.float32)
+        loops.hit_blocks(masks[k], REACH, layer_bits(strips.band), hit)
+        bits = (layer_bits(strips.band), below, layer_bits(strips.tall))
+        loops.fill(masks[k], _blocks(hit, rows=1), REACH, *bits, tall, filled, best, thinly, some)
+        blocks = _blocks(some)
+        loops.leave_out(best, thinly, blocks, width, 7, 15, kept, out[k])
+        loops.join(kept, out[k], blocks, width)
+        loops.smooth(kept, _blocks(some, rows=2), LEAST_EVIDENCE, out[k], strong)
+        return strong
 
-    in_threads(side, range(len(masks)), threads=2)
-    return out
+    return out, tuple(in_threads(side, range(len(masks)), threads=2))
 
 
-def crests_of_many(masks: NDArray[np.uint32], strips: Strips) -> NDArray[np.bool_]:
-    """As `strips.crests`."""
+def crests_of_many(
+    masks: NDArray[np.uint32], strips: Strips, evidence: NDArray[np.floating], strong: tuple[NDArray[np.bool_], ...]
+) -> NDArray[np.int64]:
+    """Places in the flat image that are crests as in `strips.crests` and hold strong evidence, ascending."""
     sigma = BLUR / strips.across
     reach = int(3 * sigma + 0.5)
     kernel: Any = np.exp(-0.5 / (sigma * sigma) * np.arange(-reach, reach + 1) ** 2)
     kernel = (kernel / kernel.sum())[reach:]
     counts = np.arange(33)
     weight = 0.1 * counts.astype(np.float32)[:, None] + counts.astype(np.uint8)
-    out = np.zeros(masks.shape, dtype=bool)
+    apart = round(APART / strips.across)
 
-    def side(k: int) -> None:
-        layers, density = np.zeros((2, *masks.shape[1:]), dtype=np.float32)
-        loops.weigh_layers(masks[k], layer_bits(strips.band), weight, kernel, layers)
-        loops.mean_along(layers, 5, density)
-        loops.largest_across(density, round(APART / strips.across), out[k])
+    def side(k: int) -> NDArray[np.int64]:
+        blocks = _blocks(strong[k])
+        places = np.zeros(len(blocks) * loops.BLOCK, dtype=np.int64)
+        count = loops.crest_places(masks[k], blocks, layer_bits(strips.band), weight, kernel, 5, apart, evidence[k], LEAST_EVIDENCE, places)
+        found: NDArray[np.int64] = k * evidence[k].size + np.sort(places[:count])
+        return found
 
-    in_threads(side, range(len(masks)), threads=2)
-    return out
+    return np.concatenate(in_threads(side, range(len(masks)), threads=2))
+
+
+def _blocks(hit: NDArray[np.bool_], *, rows: int = 0) -> NDArray[np.int64]:
+    """Row and number of the blocks that were hit, and of those so many rows away."""
+    near = hit.copy()
+    for k in range(1, rows + 1):
+        near[k:] |= hit[:-k]
+        near[:-k] |= hit[k:]
+    return np.ascontiguousarray(np.argwhere(near))
 
 
 def _filled_by_count(strips: Strips) -> tuple[NDArray[np.floating], np.uint32]:

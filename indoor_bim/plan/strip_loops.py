@@ -1,4 +1,4 @@
-"""Strips of the plan filled with the height layers of points, and smoothed: the compiled inner loops of `strips.sweep`."""
+"""Strips of the plan filled with the height layers of points, and smoothed block by block: the compiled inner loops of `strips.sweep`."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from numba import types
 from indoor_bim.compiled import compiled, inlined
 
 ONE = np.uint32(1)
+BLOCK = 64
+"""Strips across that are worked on together; where a block and those around it hold nothing, there is no work."""
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
 _masks, _volume = types.Array(types.uint32, 2, "C"), types.Array(types.uint32, 3, "C")
 _image, _bools = types.Array(types.float32, 2, "C"), types.Array(types.bool_, 1, "C")
 _table, _weights = types.Array(types.float32, 2, "C"), types.Array(types.float64, 1, "C")
-_crest = types.Array(types.bool_, 2, "C")
+_blocks, _hit, _places = types.Array(types.int64, 2, "C"), types.Array(types.bool_, 2, "C"), types.Array(types.int64, 1, "C")
 
 
 @compiled(_points, types.float64, types.float64)
@@ -66,121 +68,160 @@ def _mirrored(i, count):  # type: ignore[no-untyped-def]
     return i if i < count else 2 * count - 1 - i
 
 
-@compiled(_image, types.int64, _image)
-def mean_along(image, size, out):  # type: ignore[no-untyped-def]
-    """Mean of `size` rows around each; the sums are exact, so nothing depends on where they begin."""
-    rows, columns = image.shape
+@inlined
+def _joined(row, j, reach, columns):  # type: ignore[no-untyped-def]
+    """Layers hit in the strips within reach across."""
+    word = row[j]
+    for k in range(1, reach + 1):
+        word |= row[j - k] if j >= k else np.uint32(0)
+        word |= row[j + k] if j + k < columns else np.uint32(0)
+    return word
+
+
+@inlined
+def _sum_along(image, i, first, last, size, total):  # type: ignore[no-untyped-def]
+    """Sums of `size` rows around one, for some columns."""
+    rows = len(image)
+    total[:] = 0
+    for k in range(i - size // 2, i + size - size // 2):
+        row = image[_mirrored(k, rows)]
+        for j in range(first, last):
+            total[j - first] += row[j]
+
+
+@inlined
+def _sum_across(row, first, last, size, total):  # type: ignore[no-untyped-def]
+    """Sums of `size` columns around some of a row; the sums are exact, so nothing depends on where they begin."""
+    columns = len(row)
     before, after = size // 2, size - size // 2 - 1
-    total = np.zeros(columns)
-    for i in range(-before, after + 1):
-        row = image[_mirrored(i, rows)]
-        for j in range(columns):
-            total[j] += row[j]
-    for i in range(rows):
-        for j in range(columns):
-            out[i, j] = total[j] / size
-        gone, come = image[_mirrored(i - before, rows)], image[_mirrored(i + after + 1, rows)]
-        for j in range(columns):
-            total[j] += np.float64(come[j]) - np.float64(gone[j])
+    here = 0.0
+    for j in range(first - before, first + after + 1):
+        here += row[_mirrored(j, columns)]
+    for j in range(first, last):
+        total[j - first] = here
+        gone = row[j - before] if j >= before else row[_mirrored(j - before, columns)]
+        come = row[j + after + 1] if j + after + 1 < columns else row[_mirrored(j + after + 1, columns)]
+        here += np.float64(come) - np.float64(gone)
 
 
-@compiled(_image, types.int64, _image)
-def mean_across(image, size, out):  # type: ignore[no-untyped-def]
-    """Mean of `size` columns around each."""
-    rows, columns = image.shape
-    before, after = size // 2, size - size // 2 - 1
-    for i in range(rows):
-        row = image[i]
-        total = 0.0
-        for j in range(-before, after + 1):
-            total += row[_mirrored(j, columns)]
-        for j in range(columns):
-            out[i, j] = total / size
-            gone = row[j - before] if j >= before else row[_mirrored(j - before, columns)]
-            come = row[j + after + 1] if j + after + 1 < columns else row[_mirrored(j + after + 1, columns)]
-            total += np.float64(come) - np.float64(gone)
-
-
-@compiled(_masks, types.int64, types.uint32, types.uint32, types.uint32, _bools, _table, _image, _image)
-def fill(masks, reach, band, below, tall, tall_enough, filled, best, thinly):  # type: ignore[no-untyped-def]
-    """How far the band is filled in the strips within reach across, and in those and their neighbours along if they are tall."""
+@compiled(_masks, types.int64, types.uint32, _hit)
+def hit_blocks(masks, reach, band, hit):  # type: ignore[no-untyped-def]
+    """Blocks in which the band was hit, or within reach across of them."""
     rows, columns = masks.shape
-    joined = np.zeros((3, columns), np.uint32)
-    for i in range(-1, rows):
-        if i + 1 < rows:
-            row, line = masks[i + 1], joined[(i + 1) % 3]
-            for j in range(columns):
-                word = row[j]
-                for k in range(1, reach + 1):
-                    word |= row[j - k] if j >= k else np.uint32(0)
-                    word |= row[j + k] if j + k < columns else np.uint32(0)
-                line[j] = word
-                best[i + 1, j] = filled[_ones(word & band), _ones(word & below)]
-        else:
-            joined[(i + 1) % 3] = 0
-        if i >= 0:
-            for j in range(columns):
-                word = joined[0, j] | joined[1, j] | joined[2, j] if i > 0 else joined[0, j] | joined[1, j]
-                thinly[i, j] = filled[_ones(word & band), _ones(word & below)] if tall_enough[_ones(word & tall)] else np.float32(0)
+    for i in range(rows):
+        row = masks[i]
+        for block in range(hit.shape[1]):
+            word = np.uint32(0)
+            for j in range(max(block * BLOCK - reach, 0), min(block * BLOCK + BLOCK + reach, columns)):
+                word |= row[j]
+            hit[i, block] = word & band != 0
 
 
-@compiled(_image, _image, _image, _image, _image)
-def leave_out(best, along, across, thinly, lengthwise):  # type: ignore[no-untyped-def]
+@compiled(_masks, _blocks, types.int64, types.uint32, types.uint32, types.uint32, _bools, _table, _image, _image, _hit)
+def fill(masks, blocks, reach, band, below, tall, tall_enough, filled, best, thinly, some):  # type: ignore[no-untyped-def]
+    """How far the band is filled in the strips within reach across, and in those and their neighbours along if they are tall.
+
+    `some`: the blocks in which either is not zero somewhere.
+    """
+    rows, columns = masks.shape
+    for n in range(len(blocks)):
+        i, first = blocks[n, 0], blocks[n, 1] * BLOCK
+        largest = np.float32(0)
+        for j in range(first, min(first + BLOCK, columns)):
+            word = _joined(masks[i], j, reach, columns)
+            best[i, j] = filled[_ones(word & band), _ones(word & below)]
+            if i > 0:
+                word |= _joined(masks[i - 1], j, reach, columns)
+            if i + 1 < rows:
+                word |= _joined(masks[i + 1], j, reach, columns)
+            thinly[i, j] = filled[_ones(word & band), _ones(word & below)] if tall_enough[_ones(word & tall)] else np.float32(0)
+            largest = max(largest, best[i, j], thinly[i, j])
+        some[i, blocks[n, 1]] = largest > 0
+
+
+@compiled(_image, _image, _blocks, types.int64, types.int64, types.int64, _image, _image)
+def leave_out(best, thinly, blocks, width, short, long, kept, long_enough):  # type: ignore[no-untyped-def]
     """Leave out what only crosses the direction, and thin evidence that is short along it."""
-    rows, columns = best.shape
-    for i in range(rows):
-        for j in range(columns):
-            if across[i, j] > max(along[i, j], np.float32(0.3)):
-                best[i, j] = 0
-            if lengthwise[i, j] < np.float32(0.5):
-                thinly[i, j] = 0
+    columns = best.shape[1]
+    along, across, lengthwise = np.zeros(BLOCK), np.zeros(BLOCK), np.zeros(BLOCK)
+    for n in range(len(blocks)):
+        i, first = blocks[n, 0], blocks[n, 1] * BLOCK
+        last = min(first + BLOCK, columns)
+        _sum_along(best, i, first, last, short, along)
+        _sum_across(best[i], first, last, width, across)
+        _sum_along(thinly, i, first, last, long, lengthwise)
+        for j in range(first, last):
+            crossing = np.float32(across[j - first] / width)
+            crossed = crossing > max(np.float32(along[j - first] / short), np.float32(0.3))
+            kept[i, j] = np.float32(0) if crossed else best[i, j]
+            ends_soon = np.float32(lengthwise[j - first] / long) < np.float32(0.5)
+            long_enough[i, j] = np.float32(0) if ends_soon else thinly[i, j]
 
 
-@compiled(_image, _image, _image, _image)
-def join_and_smooth(best, thinly, crosswise, out):  # type: ignore[no-untyped-def]
-    """The larger evidence of both kinds, median of five along."""
-    rows, columns = best.shape
-    for i in range(rows):
-        for j in range(columns):
-            if crosswise[i, j] > np.float32(0.5):
-                thinly[i, j] = 0
-            best[i, j] = max(best[i, j], thinly[i, j])
-    for i in range(rows):
-        r0, r1, r2 = best[_mirrored(i - 2, rows)], best[_mirrored(i - 1, rows)], best[i]
-        r3, r4 = best[_mirrored(i + 1, rows)], best[_mirrored(i + 2, rows)]
-        for j in range(columns):
+@compiled(_image, _image, _blocks, types.int64)
+def join(best, thinly, blocks, width):  # type: ignore[no-untyped-def]
+    """The larger evidence of both kinds in the place of the first; thin evidence that only crosses the direction is left out."""
+    columns = best.shape[1]
+    crosswise = np.zeros(BLOCK)
+    for n in range(len(blocks)):
+        i, first = blocks[n, 0], blocks[n, 1] * BLOCK
+        last = min(first + BLOCK, columns)
+        _sum_across(thinly[i], first, last, width, crosswise)
+        for j in range(first, last):
+            if not np.float32(crosswise[j - first] / width) > np.float32(0.5):
+                best[i, j] = max(best[i, j], thinly[i, j])
+
+
+@compiled(_image, _blocks, types.float32, _image, _hit)
+def smooth(image, blocks, least, out, strong):  # type: ignore[no-untyped-def]
+    """Median of five along, and the blocks in which it is strong somewhere."""
+    rows, columns = image.shape
+    for n in range(len(blocks)):
+        i, first = blocks[n, 0], blocks[n, 1] * BLOCK
+        r0, r1, r2 = image[_mirrored(i - 2, rows)], image[_mirrored(i - 1, rows)], image[i]
+        r3, r4 = image[_mirrored(i + 1, rows)], image[_mirrored(i + 2, rows)]
+        any_strong = False
+        for j in range(first, min(first + BLOCK, columns)):
             a, b, c, d, e = r0[j], r1[j], r2[j], r3[j], r4[j]
             low, high = max(min(a, b), min(d, e)), min(max(a, b), max(d, e))
             out[i, j] = max(min(low, high), min(max(low, high), c))
+            any_strong |= out[i, j] >= least
+        strong[i, blocks[n, 1]] = any_strong
 
 
-@compiled(_masks, types.uint32, _table, _weights, _image)
-def weigh_layers(masks, band, weight, kernel, out):  # type: ignore[no-untyped-def]
-    """Weighted number of layers hit, smoothed across by a symmetric kernel (its middle and right half)."""
+@compiled(_masks, _blocks, types.uint32, _table, _weights, types.int64, types.int64, _image, types.float32, _places)
+def crest_places(masks, blocks, band, weight, kernel, size, apart, evidence, least, places):  # type: ignore[no-untyped-def]
+    """Places with evidence where more layers are hit than in any strip within `apart` across; returns their number.
+
+    Layers are weighted, smoothed across by a symmetric kernel (its middle and right half), and averaged over `size` rows.
+    """
     rows, columns = masks.shape
     reach = len(kernel) - 1
-    line = np.zeros(columns + 2 * reach)
-    for i in range(rows):
-        for j in range(columns):
-            line[reach + j] = weight[_ones(masks[i, j]), _ones(masks[i, j] & band)]
-        for j in range(1, reach + 1):
-            line[reach - j] = line[reach + _mirrored(-j, columns)]
-            line[reach + columns - 1 + j] = line[reach + _mirrored(columns - 1 + j, columns)]
-        for j in range(columns):
-            total = line[reach + j] * kernel[0]
-            for k in range(reach, 0, -1):
-                total += (line[reach + j - k] + line[reach + j + k]) * kernel[k]
-            out[i, j] = total
-
-
-@compiled(_image, types.int64, _crest)
-def largest_across(image, reach, out):  # type: ignore[no-untyped-def]
-    """Whether no value within reach across is larger."""
-    rows, columns = image.shape
-    for i in range(rows):
-        row = image[i]
-        for j in range(columns):
-            value, largest = row[j], True
-            for k in range(max(j - reach, 0), min(j + reach + 1, columns)):
-                largest &= row[k] <= value
-            out[i, j] = largest
+    line = np.zeros(BLOCK + 2 * (apart + reach))
+    total, density = np.zeros(BLOCK + 2 * apart), np.zeros(BLOCK + 2 * apart, np.float32)
+    count = 0
+    for n in range(len(blocks)):
+        i, first = blocks[n, 0], blocks[n, 1] * BLOCK
+        total[:] = 0
+        for k in range(i - size // 2, i + size - size // 2):
+            row = masks[_mirrored(k, rows)]
+            for j in range(len(line)):
+                word = row[_mirrored(first - apart - reach + j, columns)]
+                line[j] = weight[_ones(word), _ones(word & band)]
+            for j in range(len(total)):
+                mean = line[reach + j] * kernel[0]
+                for m in range(reach, 0, -1):
+                    mean += (line[reach + j - m] + line[reach + j + m]) * kernel[m]
+                total[j] += np.float32(mean)
+        for j in range(len(total)):
+            inside = first - apart + j >= 0 and first - apart + j < columns
+            density[j] = np.float32(total[j] / size) if inside else np.float32(-1)
+        for j in range(first, min(first + BLOCK, columns)):
+            largest = evidence[i, j] >= least
+            value = density[j - first + apart]
+            for k in range(j - first, j - first + 2 * apart + 1):
+                largest &= density[k] <= value
+            if largest:
+                places[count] = i * columns + j
+                count += 1
+    return count

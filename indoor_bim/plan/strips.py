@@ -22,7 +22,8 @@ BLUR = 0.015
 APART = 0.04
 """Least distance between the faces of one side, metres."""
 FEW_POINTS = 20_000
-"""So many points are taken by numpy and scipy, sooner than the compiled loops are loaded."""
+FEW_STRIPS = 200_000
+"""So many points or strips are taken by numpy and scipy, sooner than the compiled loops are loaded."""
 LEAST_EVIDENCE = 0.35
 """Share of the column below the ceiling that a wall fills at least."""
 
@@ -89,12 +90,12 @@ class Sweep:
     low: Floats
     strips: Strips
     masks: NDArray[np.uint32]
-    crest: NDArray[np.bool_]
+    crest: Ints
     evidence: SparseImage
 
     def bare(self) -> Sweep:
         """The sweep with its evidence alone, which takes little memory."""
-        return replace(self, masks=np.zeros((2, 0, 0), dtype=np.uint32), crest=np.zeros((2, 0, 0), dtype=bool))
+        return replace(self, masks=np.zeros((2, 0, 0), dtype=np.uint32), crest=np.zeros((0, 3), dtype=np.int64))
 
 
 def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -> Sweep:
@@ -112,19 +113,26 @@ def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -
     Returns
     -------
     Sweep
-        Bit k of ``masks[side, u, v]`` is set where height layer k was hit from that side (0: from the left of the direction).
+        Bit k of ``masks[side, u, v]`` is set where height layer k was hit from that side (0: from the left of the direction); ``crest``
+        (n, 3) holds side, u and v of the strips on crests, ascending.
     """
     cosine, sine = float(np.cos(angle)), float(np.sin(angle))
     if len(points) <= FEW_POINTS:
         low, masks = strip_masks(points, cosine, sine, strips)
-        evidence, crest = wall_evidence(masks, strips), crests(masks, strips)
     else:
-        from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many, masks_of_many
+        from indoor_bim.plan.strip_filters import masks_of_many
 
         low, masks = masks_of_many(points, cosine, sine, strips)
-        evidence, crest = evidence_of_many(masks, strips), crests_of_many(masks, strips)
-    crest &= evidence >= LEAST_EVIDENCE
-    return Sweep(angle, low, strips, masks, crest, SparseImage.of(evidence * _widen(crest, 1)))
+    if masks.size <= FEW_STRIPS:
+        evidence = wall_evidence(masks, strips)
+        places = np.flatnonzero(crests(masks, strips) & (evidence >= LEAST_EVIDENCE))
+    else:
+        from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many
+
+        evidence, strong = evidence_of_many(masks, strips)
+        places = crests_of_many(masks, strips, evidence, strong)
+    crest = np.column_stack(np.unravel_index(places, masks.shape))
+    return Sweep(angle, low, strips, masks, crest, SparseImage.at_places(evidence, _and_beside(places, masks.shape[2])))
 
 
 def lower_corner(u: float, v: float, strips: Strips) -> Floats:
@@ -202,12 +210,10 @@ def layer_bits(band: tuple[int, int]) -> np.uint32:
     return np.uint32((1 << band[1]) - (1 << band[0]))
 
 
-def _widen(mask: NDArray[np.bool_], strips: int) -> NDArray[np.bool_]:
-    wide = mask.copy()
-    for k in range(1, strips + 1):
-        wide[:, :, k:] |= mask[:, :, :-k]
-        wide[:, :, :-k] |= mask[:, :, k:]
-    return wide
+def _and_beside(places: Ints, columns: int) -> Ints:
+    """Places of a flat image and of the neighbours across, ascending."""
+    column = places % columns
+    return np.unique(np.concatenate([places, places[column > 0] - 1, places[column < columns - 1] + 1]))
 
 
 def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end: float, *, step: float = BELOW_CEILING.along) -> Floats:
