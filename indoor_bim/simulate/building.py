@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from indoor_bim.model import Building, Opening, Ring
-from indoor_bim.simulate.layout import Partition, door, lay_out_storey, passage, window
+from indoor_bim.model import Building, Opening, Point2, Ring
+from indoor_bim.simulate.layout import CurvedPartition, Partition, arc, door, lay_out_storey, passage, window
 
 
 def demo_house() -> Building:
@@ -142,3 +142,35 @@ def two_storeys() -> Building:
         stairwells=(stairwell, None),
     )
     return Building("House of two storeys", (ground, upper))
+
+
+def rounded_house() -> Building:
+    """One-storey house with curved walls: 15 x 11 m, an apse, a corner rounded by 1.5 m, an outer wall of 12 m radius.
+
+    Inside, a round room of 2.5 m radius stands in the hall, a partition of 6 m radius parts two rooms, and there are two round columns.
+    """
+    bow, apse, corner = arc((0.0, 0.0), (9.2, 0.0), 12.0), arc((15.0, 2.0), (15.0, 6.0), 2.5), arc((1.5, 10.0), (0.0, 8.5), 1.5)
+    ring = [*bow, (15.0, 0.0), *apse, (15.0, 10.0), *corner]
+    ring_openings: list[list[Opening]] = [[] for _ in ring]
+    ring_openings[ring.index((15.0, 10.0))] = [window(2.6), window(9.0, width=1.6)]
+    ring_openings[ring.index((0.0, 8.5))] = [door(3.0, width=1.0), window(6.4)]
+    ring_openings[ring.index((9.2, 0.0))] = [window(2.8, width=1.6)]
+    middle, radius, jamb = (4.6, 4.6), 2.5, float(np.arcsin(0.6 / 2.5))
+    jambs: list[Point2] = [(middle[0] + radius * float(np.cos(a)), middle[1] + radius * float(np.sin(a))) for a in (-jamb, jamb)]
+    opposite: Point2 = (middle[0] - radius, middle[1])
+    rotunda = [jambs[0], *arc(jambs[1], opposite, radius), *arc(opposite, jambs[0], radius)[1:]]
+    partitions: list[Partition | CurvedPartition] = [
+        Partition((9.2, 0.0), (9.2, 10.0), 0.20, (door(3.8, hinge="start", swing="right"), door(8.8, hinge="end", swing="right"))),
+        CurvedPartition(tuple(arc((9.2, 7.2), (15.0, 7.2), 6.0)), 0.12),
+        CurvedPartition(tuple(rotunda), 0.20, {0: (door(0.6, hinge="start", swing="left"),)}),
+    ]
+    rooms = [("Hall", (1.0, 4.0)), ("Round room", middle), ("Salon", (13.0, 3.0)), ("Study", (12.0, 9.0))]
+    columns = [_round_column((8.2, 9.0), 0.25), _round_column((11.4, 2.2), 0.20)]
+    return Building("Rounded house", (lay_out_storey(1, ring, 0.30, ring_openings, partitions, rooms, columns=columns),))
+
+
+def _round_column(centre: Point2, radius: float, *, sides: int = 48) -> Ring:
+    angle = 2 * np.pi * np.arange(sides) / sides
+    return tuple(
+        (float(x), float(y)) for x, y in np.round(np.asarray(centre) + radius * np.column_stack([np.cos(angle), np.sin(angle)]), 9)
+    )

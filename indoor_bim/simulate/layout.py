@@ -6,13 +6,14 @@ other walls. Footprints, rooms and joints follow from these exactly.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from indoor_bim.model import Joint, Opening, Outline, Point2, Ring, Room, Slab, Storey, Wall
+from indoor_bim.model import Column, Joint, Opening, Outline, Point2, Ring, Room, Slab, Storey, Wall
 
 if TYPE_CHECKING:
     import shapely
@@ -28,6 +29,67 @@ class Partition:
     end: Point2
     thickness: float
     openings: tuple[Opening, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class CurvedPartition:
+    """Inner wall along a chain of points on its centre line, closed where the last is the first; ends as of a `Partition`, metres.
+
+    Parameters
+    ----------
+    path : tuple of (x, y)
+        Points of the centre line.
+    thickness : float
+        Thickness.
+    openings : mapping of int to tuple of Opening
+        Openings of the pieces between two points, numbered from 0.
+    """
+
+    path: tuple[Point2, ...]
+    thickness: float
+    openings: Mapping[int, tuple[Opening, ...]] = field(default_factory=dict)
+
+    @property
+    def pieces(self) -> list[Partition]:
+        """Straight pieces of the chain."""
+        ends = enumerate(itertools.pairwise(self.path))
+        return [Partition(start, end, self.thickness, tuple(self.openings.get(k, ()))) for k, (start, end) in ends]
+
+
+def arc(start: Point2, end: Point2, radius: float, *, sagitta: float = 0.001) -> list[Point2]:
+    """Points from start to end on the smaller arc between them, which lies to the right of the way.
+
+    Parameters
+    ----------
+    start, end : (x, y)
+        Ends, metres.
+    radius : float
+        Radius, metres.
+    sagitta : float
+        Largest distance of the arc from the chain of points, metres.
+
+    Raises
+    ------
+    ValueError
+        If the ends are farther apart than the diameter.
+
+    Examples
+    --------
+    >>> [(round(x, 3), round(y, 3)) for x, y in arc((0.0, 0.0), (2.0, 0.0), 1.0, sagitta=0.3)]
+    [(0.0, 0.0), (1.0, -1.0), (2.0, 0.0)]
+    """
+    a, b = np.asarray(start), np.asarray(end)
+    half = (b - a) / 2
+    rise = radius**2 - float(half @ half)
+    if rise < -_TOUCH:
+        raise ValueError(f"an arc of radius {radius} m does not reach from {start} to {end}")
+    left = np.array([-half[1], half[0]]) / np.linalg.norm(half)
+    centre = (a + b) / 2 + left * max(rise, 0.0) ** 0.5
+    first = float(np.arctan2(*(a - centre)[::-1]))
+    turn = 2 * float(np.arcsin(min(1.0, float(np.linalg.norm(half)) / radius)))
+    angles = first + np.linspace(0.0, turn, int(np.ceil(turn / (2 * np.arccos(1 - sagitta / radius)) - _TOUCH)) + 1)
+    inner = centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])[1:-1]
+    return [start, *((float(x), float(y)) for x, y in np.round(inner, 9)), end]
 
 
 def door(
@@ -77,13 +139,14 @@ def lay_out_storey(
     ring: Sequence[Point2],
     thickness: float,
     ring_openings: Sequence[Sequence[Opening]],
-    partitions: Sequence[Partition],
+    partitions: Sequence[Partition | CurvedPartition],
     rooms: Sequence[tuple[str, Point2]],
     *,
     elevation: float = 0.0,
     height: float = 2.6,
     slab_thickness: float = 0.3,
     stairwells: tuple[Ring | None, Ring | None] = (None, None),
+    columns: Sequence[Ring] = (),
 ) -> Storey:
     """Storey from centre lines, with joint-resolved wall footprints and exact rooms.
 
@@ -99,7 +162,7 @@ def lay_out_storey(
         Thickness of the outer walls, metres.
     ring_openings : sequence of sequences of Opening
         Openings of each outer wall.
-    partitions : sequence of Partition
+    partitions : sequence of Partition and CurvedPartition
         Inner walls; those that run through at a T joint before those that end there.
     rooms : sequence of (name, (x, y))
         Name of every room and a point in it.
@@ -107,6 +170,8 @@ def lay_out_storey(
         Level of the floor, clear height and thickness of floor and ceiling plates, metres.
     stairwells : tuple of two rings
         Holes in the floor and in the ceiling, if any.
+    columns : sequence of rings
+        Outlines of columns that stand in rooms.
 
     Raises
     ------
@@ -121,14 +186,16 @@ def lay_out_storey(
     bodies = [shapely.Polygon([outer[i], outer[i - len(ring) + 1], inner[i - len(ring) + 1], inner[i]]) for i in corners]
     free = shapely.Polygon(inner)
     for k, partition in enumerate(partitions):
-        common = shapely.intersection(_strip(partition, partitions[k + 1 :]), free, grid_size=_GRID)
-        pieces = [piece for piece in shapely.get_parts(common) if piece.geom_type == "Polygon"]
-        if len(pieces) != 1:
-            raise ValueError(f"partition {k} falls apart: let it end at the wall that it crosses")
-        body = pieces[0]
-        specs.append(partition)
-        bodies.append(body)
-        free = shapely.difference(free, body, grid_size=_GRID)
+        whole = free
+        for spec, strip in _strips(partition, partitions[k + 1 :]):
+            common = shapely.intersection(strip, whole, grid_size=_GRID)
+            pieces = [piece for piece in shapely.get_parts(common) if piece.geom_type == "Polygon" and piece.area > _TOUCH]
+            if len(pieces) != 1 and (isinstance(partition, Partition) or pieces):
+                raise ValueError(f"partition {k} falls apart: let it end at the wall that it crosses")
+            specs += [spec] * len(pieces)
+            bodies += pieces
+            free = shapely.difference(free, shapely.union_all(pieces), grid_size=_GRID)
+    free = shapely.difference(free, shapely.union_all([shapely.Polygon(column) for column in columns]), grid_size=_GRID)
     counters = {"door": 0, "window": 0, "opening": 0}
     walls = tuple(
         Wall(
@@ -153,6 +220,10 @@ def lay_out_storey(
         height=height,
         walls=walls,
         joints=_joints(walls),
+        columns=tuple(
+            Column(f"s{number}-column-{k + 1:02d}", f"Column {number}.{k + 1:02d}", column, elevation, height)
+            for k, column in enumerate(columns)
+        ),
         rooms=_rooms(number, free, rooms, walls, bodies, elevation, height),
         slabs=(
             Slab(f"s{number}-floor", "Floor", "floor", _pierced(plate, stairwells[0]), elevation, slab_thickness),
@@ -170,6 +241,28 @@ def _offset_ring(ring: Sequence[Point2], distance: float) -> list[Point2]:
     before, after = np.roll(normal, 1, axis=0), normal
     mitre = (before + after) / (1 + np.sum(before * after, axis=1))[:, None]
     return [(float(x), float(y)) for x, y in np.round(corners + distance * mitre, 9)]
+
+
+def _strips(
+    partition: Partition | CurvedPartition, later: Sequence[Partition | CurvedPartition]
+) -> list[tuple[Partition, shapely.Polygon]]:
+    """Straight pieces of a partition and their outlines, with mitres between them."""
+    import shapely
+
+    if isinstance(partition, Partition):
+        return [(partition, _strip(partition, [other for other in later if isinstance(other, Partition)]))]
+    left, right = (_offset_path(partition.path, sign * partition.thickness / 2) for sign in (1, -1))
+    return [(piece, shapely.Polygon([left[k], right[k], right[k + 1], left[k + 1]])) for k, piece in enumerate(partition.pieces)]
+
+
+def _offset_path(path: Sequence[Point2], distance: float) -> list[Point2]:
+    """Mitred parallel chain, `distance` to the left; closed where the path is, else with ends square to it."""
+    if path[0] == path[-1]:
+        ring = _offset_ring(path[:-1], distance)
+        return [*ring, ring[0]]
+    points = np.asarray(path)
+    beyond = np.vstack([2 * points[0] - points[1], points, 2 * points[-1] - points[-2]])
+    return _offset_ring([(float(x), float(y)) for x, y in beyond], distance)[1:-1]
 
 
 def _strip(partition: Partition, later: Sequence[Partition]) -> shapely.Polygon:
