@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.model import Column, Evidence, Joint, Outline, Ring, Room, Slab, Storey, Wall
+from indoor_bim.plan.face_accuracy import FaceAccuracy
 from indoor_bim.plan.graph import Meeting
 from indoor_bim.plan.hull import PROBE, building_hull
 from indoor_bim.plan.walls import Walls
@@ -38,6 +39,7 @@ def build_storey(
     room_levels: Sequence[tuple[float, float]] = (),
     columns: Sequence[shapely.Polygon] = (),
     ceiling_plate: bool = True,
+    accuracy: FaceAccuracy | None = None,
 ) -> Storey:
     """Storey of the building model from joined walls and rooms.
 
@@ -65,6 +67,8 @@ def build_storey(
         Outlines of free-standing columns.
     ceiling_plate : bool
         False where no plate covers the storey: under a pitched roof.
+    accuracy : FaceAccuracy, optional
+        How surely the faces of the walls are known.
     """
     prefix = f"S{number}"
     external = external_walls(walls, footprints, rooms)
@@ -80,12 +84,7 @@ def build_storey(
             height=round(_wall_height(float(walls.top[k]), ceiling - floor), DECIMALS),
             footprint=_ring(footprints[k]),
             external=external[k],
-            evidence=Evidence(
-                support=int(walls.support[k]),
-                coverage=round(float(np.clip(walls.coverage[k], 0, 1)), 3),
-                rmse=round(float(walls.rmse[k]), DECIMALS) if np.isfinite(walls.rmse[k]) else None,
-                sides=2 if walls.measured[k] else 1,
-            ),
+            evidence=_wall_evidence(walls, k, accuracy),
             seen="both" if walls.measured[k] else "left" if walls.seen_left[k] else "right",
         )
         for k in range(len(walls))
@@ -161,6 +160,21 @@ def external_walls(walls: Walls, footprints: Sequence[shapely.Polygon], rooms: S
         else:
             out.append(None)
     return out
+
+
+def _wall_evidence(walls: Walls, k: int, accuracy: FaceAccuracy | None) -> Evidence:
+    def known(values: Floats) -> float | None:
+        return round(float(values[k]), DECIMALS) if np.isfinite(values[k]) else None
+
+    return Evidence(
+        support=int(walls.support[k]),
+        coverage=round(float(np.clip(walls.coverage[k], 0, 1)), 3),
+        rmse=known(walls.rmse),
+        sides=2 if walls.measured[k] else 1,
+        deviation=None if accuracy is None else known(accuracy.deviation),
+        position_sigma=None if accuracy is None else known(accuracy.position),
+        direction_sigma=None if accuracy is None else known(np.degrees(accuracy.direction)),
+    )
 
 
 def _wall_height(top: float, storey: float) -> float:

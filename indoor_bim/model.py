@@ -50,6 +50,19 @@ class Evidence:
     coverage: Annotated[float, Field(ge=0, le=1, description="Share of the element's visible surface hit by the scan.")] = 0.0
     rmse: Annotated[float | None, Field(ge=0, description="Root mean square distance of the supporting points, metres.")] = None
     sides: Annotated[int, Field(ge=0, le=2, description="Number of faces of the element that were seen.")] = 0
+    deviation: Annotated[
+        float | None,
+        Field(
+            ge=0, description="Distance from a seen face that local medians of its points keep to along 95 % of it, metres; the larger one."
+        ),
+    ] = None
+    position_sigma: Annotated[
+        float | None,
+        Field(ge=0, description="Standard deviation of the position of a seen face across, metres; of the less certain one."),
+    ] = None
+    direction_sigma: Annotated[
+        float | None, Field(ge=0, description="Standard deviation of the direction of a seen face, degrees; of the less certain one.")
+    ] = None
 
 
 @dataclass(frozen=True, slots=True)

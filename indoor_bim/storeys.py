@@ -10,6 +10,7 @@ from indoor_bim.assemble import build_storey
 from indoor_bim.model import Evidence, Storey
 from indoor_bim.plan.alignment import align_faces
 from indoor_bim.plan.collinear import merge_collinear
+from indoor_bim.plan.face_accuracy import face_accuracy
 from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside, stand_before_others
 from indoor_bim.plan.joints import footprints, join_without_overlaps
@@ -110,6 +111,7 @@ def storey_from_plan(
         room_levels=[_room_levels(rooms[k], plan, storey=(floor, ceiling)) for k in kept],
         ceiling_plate=not plan.pitched,
         columns=plan.columns,
+        accuracy=face_accuracy(walls, plan.faces),
     )
     return StoreyGeometry(storey, walls, wall_graph(walls, meetings), tuple(warnings))
 

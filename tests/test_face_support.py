@@ -24,6 +24,9 @@ def test_many_points_give_what_their_twin_gives(sided):
     assert found.support[0] > 1000 > 0 == found.support[1]
     np.testing.assert_allclose(found.rmse, twin.rmse, rtol=0, atol=1e-6)
     np.testing.assert_allclose(found.coverage, twin.coverage, rtol=0, atol=1e-12)
+    assert np.isfinite(found.deviation[0])
+    np.testing.assert_allclose(found.deviation, twin.deviation, rtol=0, atol=2e-5)
+    np.testing.assert_allclose(found.covariance[0], twin.covariance[0], rtol=0.02)
     shuffled = rng.permutation(count)
     again = measure(faces, WallPoints(xy[shuffled], points.rise[shuffled], points.depth, points.sensor[shuffled] if sided else None))
     assert np.array_equal(again.rmse, found.rmse, equal_nan=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Iterator
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -136,7 +137,7 @@ def _column(column: Column) -> dict[str, object]:
 
 
 def _evidence(evidence: Evidence) -> dict[str, object]:
-    return {"support": evidence.support, "coverage": evidence.coverage, "rmse": evidence.rmse, "sides": evidence.sides}
+    return asdict(evidence)
 
 
 def _moved(xy: NDArray[np.float64], level: float, to_map: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
@@ -61,8 +62,13 @@ def add_evidence(ifc: IfcFile, element: Entity, evidence: Evidence, **more: Valu
         {
             "Support": ("IfcInteger", evidence.support),
             "Coverage": ("IfcNormalisedRatioMeasure", float(evidence.coverage)),
-            "Rmse": None if evidence.rmse is None else ("IfcLengthMeasure", float(evidence.rmse)),
+            "Rmse": _length(evidence.rmse),
             "SidesSeen": ("IfcInteger", evidence.sides),
+            "Deviation": _length(evidence.deviation),
+            "PositionSigma": _length(evidence.position_sigma),
+            "DirectionSigma": None
+            if evidence.direction_sigma is None
+            else ("IfcPlaneAngleMeasure", math.radians(evidence.direction_sigma)),
             **more,
         },
     )
@@ -71,6 +77,10 @@ def add_evidence(ifc: IfcFile, element: Entity, evidence: Evidence, **more: Valu
         basis = ifc.create("IfcPropertyEnumeratedValue", "UncertaintyBasis", None, [ifc.create("IfcLabel", "MEASUREMENT")])
         rmse = _property(ifc, "LinearUncertainty", ("IfcPositiveLengthMeasure", float(evidence.rmse)))
         _attach(ifc, element, name, ifc.root("IfcPropertySet", f"{element.GlobalId}/{name}", Name=name, HasProperties=[basis, rmse]))
+
+
+def _length(metres: float | None) -> Value | None:
+    return None if metres is None else ("IfcLengthMeasure", float(metres))
 
 
 def add_quantities(ifc: IfcFile, element: Entity, name: str, values: Mapping[str, float]) -> None:

@@ -12,14 +12,18 @@ MICROMETRE = 1e-6
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
 _ranges = types.Array(types.int64, 2, "C", readonly=True)
-_bool = types.Array(types.bool_, 2, "C")
+_bool, _counts = types.Array(types.bool_, 2, "C"), types.Array(types.int64, 2, "C")
 
 
-@compiled(_points, _values, _points, _ranges, _values, _values, _values, types.float64, types.float64, types.float64, _bool)
-def points_on_face(xy, rise, sensor, ranges, p, d, n, length, reach, column, hit):  # type: ignore[no-untyped-def]
-    """Number of points on a face, the sum of their squared distances in square micrometres, and the cells of it that they hit."""
+@compiled(_points, _values, _points, _ranges, *[_values] * 3, *[types.float64] * 4, _bool, _counts)
+def points_on_face(xy, rise, sensor, ranges, p, d, n, length, reach, column, upper, hit, across_counts):  # type: ignore[no-untyped-def]
+    """Number of points on a face, the sum of their squared distances in square micrometres, and the cells of it that they hit.
+
+    `across_counts` (stretches along the face, bins across) takes the number of points that are higher than the share `upper` of the room.
+    """
     count, squares = np.int64(0), np.int64(0)
     columns, layers = hit.shape
+    stretches, bins = across_counts.shape
     for k in range(len(ranges)):
         for i in range(ranges[k, 0], ranges[k, 1]):
             x, y = xy[i, 0] - p[0], xy[i, 1] - p[1]
@@ -34,4 +38,8 @@ def points_on_face(xy, rise, sensor, ranges, p, d, n, length, reach, column, hit
             count += 1
             squares += np.int64(np.rint(across / MICROMETRE)) ** 2
             hit[min(int(along / column), columns - 1), max(min(int(rise[i] * layers), layers - 1), 0)] = True
+            if not rise[i] > upper:
+                continue
+            stretch = min(int(along / length * stretches), stretches - 1)
+            across_counts[stretch, min(int((across + reach) / (2 * reach) * bins), bins - 1)] += 1
     return count, squares

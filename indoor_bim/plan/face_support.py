@@ -1,7 +1,8 @@
-"""Support, spread, coverage and covariance of faces by the points on them."""
+"""Support, spread, deviation, coverage and covariance of faces by the points on them."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,12 +15,22 @@ Floats = NDArray[np.float64]
 COLUMN = 0.10
 """Width of the columns that the coverage of a face is counted in, metres."""
 LAYERS = 10
+STRETCH = 0.25
+"""Length of the stretches of a face in which the median distance of its points is looked at, metres."""
+ACROSS = 0.0001
+"""Width of the bins that distances are counted in, metres."""
+FINEST = 0.001
+"""Least scatter of points that is assumed, metres."""
+UPPER = 0.8
+"""Share of the height above which doors, windows and furniture hardly reach."""
+LEAST_POINTS = 20
+"""Points of a stretch that tell where it is."""
 FEW_POINTS = 20_000
 """So many points are sorted, sooner than the compiled loops are loaded."""
 
 
 def measure(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segments:
-    """Support, spread, coverage and covariance of faces.
+    """Support, spread, deviation, coverage and covariance of faces.
 
     Parameters
     ----------
@@ -37,27 +48,58 @@ def measure(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segm
     sensor = np.zeros((0, 2)) if points.sensor is None else np.ascontiguousarray(points.sensor)
     table = (np.ascontiguousarray(points.xy), np.ascontiguousarray(points.rise), sensor)
     support, rmse, coverage = np.zeros(len(faces), dtype=np.int64), np.full(len(faces), np.nan), np.zeros(len(faces))
+    tables = [np.zeros((1, 2), dtype=np.int64)] * len(faces)
     for k, (p, d, n, length) in enumerate(zip(faces.p, faces.direction, faces.normal, faces.length, strict=True)):
         hit = np.zeros((max(int(np.ceil(length / COLUMN)), 1), LAYERS), dtype=bool)
-        ranges = points.along(p, p + length * d, reach)
-        count, squares = points_on_face(*table, ranges, p.copy(), d.copy(), n.copy(), length, reach, COLUMN, hit)
+        ranges, counts = points.along(p, p + length * d, reach), np.zeros(_bins(length, reach), dtype=np.int64)
+        count, squares = points_on_face(*table, ranges, p.copy(), d.copy(), n.copy(), length, reach, COLUMN, UPPER, hit, counts)
         if count:
             support[k], rmse[k], coverage[k] = count, np.sqrt(squares / count) * MICROMETRE, hit.mean()
-    return _with_covariance(replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=coverage))
+            tables[k] = counts
+    measured = replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=coverage)
+    return _with_accuracy(measured, tables, reach=reach)
 
 
-def _with_covariance(faces: Segments) -> Segments:
-    """Faces with the covariance of their lines in polar form (alpha, R), from their spread and what was seen of them.
+def _bins(length: float, reach: float) -> tuple[int, int]:
+    """Number of stretches along a face and of bins across it."""
+    return max(round(length / STRETCH), 1), round(2 * reach / ACROSS)
 
-    All points of a column count as one observation: they were taken within moments and share the drift of the scanner. For n columns
-    evenly along a line of length L, the variance of the offset in the middle is rmse^2 / n, and that of the angle 12 rmse^2 / (n L^2).
+
+def _medians(counts: NDArray[np.int64], *, reach: float) -> Floats:
+    """Median distance of the points of each stretch from the face; NaN where a stretch has few."""
+    total = np.cumsum(counts, axis=1)
+    half = total[:, -1] / 2
+    rows, bins = np.arange(len(counts)), np.argmax(total >= half[:, None], axis=1)
+    within = (half - total[rows, bins]) / np.maximum(counts[rows, bins], 1) + 1
+    medians: Floats = np.where(total[:, -1] >= LEAST_POINTS, (bins + within) * (2 * reach / counts.shape[1]) - reach, np.nan)
+    return medians
+
+
+def _with_accuracy(faces: Segments, counts: Sequence[NDArray[np.int64]], *, reach: float, share: float = 0.95) -> Segments:
+    """Faces with the deviation of the points and the covariance of their lines in polar form (alpha, R).
+
+    All points of a stretch count as one observation: they were taken within moments and share the drift of the scanner. For n stretches
+    evenly along a line of length L, and points that scatter by s, the variance of the offset in the middle is s^2 / n, and that of the
+    angle 12 s^2 / (n L^2). The scatter is 1.4826 times the median distance high on the wall, as things before it are none of its noise;
+    where few points are that high, it is the root mean square distance of all.
     """
-    columns = np.maximum(faces.coverage * faces.length / COLUMN, 1.0)
-    offset = faces.rmse**2 / columns
-    angle = 12 * offset / np.maximum(faces.length, COLUMN) ** 2
+    deviation, spread = np.full(len(faces), np.nan), np.maximum(faces.rmse, FINEST)
+    stretches = np.maximum(faces.coverage * faces.length / STRETCH, 1.0)
+    for k, table in enumerate(counts):
+        if table.sum() < LEAST_POINTS:
+            continue
+        medians = _medians(table, reach=reach)
+        told = np.abs(medians[np.isfinite(medians)])
+        stretches[k] = max(len(told), 1)
+        deviation[k] = np.quantile(told, share) if len(told) else np.nan
+        apart = np.cumsum(table.sum(axis=0).reshape(2, -1)[0, ::-1] + table.sum(axis=0).reshape(2, -1)[1])
+        spread[k] = max(1.4826 * (np.searchsorted(apart, apart[-1] / 2) + 0.5) * reach / len(apart), FINEST)
+    offset = spread**2 / stretches
+    angle = 12 * offset / np.maximum(faces.length, STRETCH) ** 2
     lever = -((faces.p + faces.q) / 2 * faces.direction).sum(axis=1)
     both = angle * lever
-    return replace(faces, covariance=np.array([[angle, both], [both, offset + angle * lever**2]]).transpose(2, 0, 1))
+    covariance = np.array([[angle, both], [both, offset + angle * lever**2]]).transpose(2, 0, 1)
+    return replace(faces, deviation=deviation, covariance=covariance)
 
 
 def measure_by_sorting(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segments:
@@ -66,6 +108,7 @@ def measure_by_sorting(faces: Segments, points: WallPoints, *, reach: float = 0.
     xy, rise = points.xy[order], points.rise[order]
     sensor = None if points.sensor is None else points.sensor[order]
     support, rmse, coverage = np.zeros(len(faces), dtype=np.int64), np.full(len(faces), np.nan), np.zeros(len(faces))
+    tables = [np.zeros((1, 2), dtype=np.int64)] * len(faces)
     for k, (p, d, n, length) in enumerate(zip(faces.p, faces.direction, faces.normal, faces.length, strict=True)):
         ends = np.sort([p[0], p[0] + length * d[0]])
         rows = slice(*np.searchsorted(xy[:, 0], [ends[0] - reach, ends[1] + reach]))
@@ -81,7 +124,12 @@ def measure_by_sorting(faces: Segments, points: WallPoints, *, reach: float = 0.
         cells = np.minimum((along[on] / COLUMN).astype(np.int64), columns - 1) * layers + np.minimum(
             (rise[rows][on] * layers).astype(np.int64), layers - 1
         )
-        coverage[k] = len(np.unique(cells)) / (columns * layers)
-    return _with_covariance(
-        replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=np.minimum(coverage, 1.0))
-    )
+        coverage[k] = min(len(np.unique(cells)) / (columns * layers), 1.0)
+        stretches, bins = _bins(length, reach)
+        stretch = np.minimum((along[on] / length * stretches).astype(np.int64), stretches - 1)
+        place = np.minimum(((across[on] + reach) / (2 * reach) * bins).astype(np.int64), bins - 1)
+        high = rise[rows][on] > UPPER
+        counts = np.bincount((stretch * bins + place)[high], minlength=stretches * bins).reshape(stretches, bins)
+        tables[k] = counts
+    measured = replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=coverage)
+    return _with_accuracy(measured, tables, reach=reach)

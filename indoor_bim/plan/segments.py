@@ -33,6 +33,8 @@ class Segments:
         estimated.
     top : (m,) float64
         Height of the upper edge above the floor, metres; NaN where not known.
+    deviation : (m,) float64
+        Distance from the segment that the local medians of the points keep to along 95 % of it, metres; NaN where not measured.
     """
 
     p: Floats
@@ -43,6 +45,7 @@ class Segments:
     coverage: Floats
     covariance: Floats
     top: Floats
+    deviation: Floats
 
     @classmethod
     def from_ends(cls, p: Floats, q: Floats) -> Self:
@@ -65,6 +68,7 @@ class Segments:
             coverage=np.zeros(m),
             covariance=np.full((m, 2, 2), np.nan),
             top=np.full(m, np.nan),
+            deviation=np.full(m, np.nan),
         )
 
     def __len__(self) -> int:
