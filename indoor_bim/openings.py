@@ -13,7 +13,7 @@ from indoor_bim.plan.opening_evidence import LOWEST_SILL
 from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
 from indoor_bim.plan.shallow_doors import LARGEST_STEP, find_shallow_doors
 from indoor_bim.plan.traces import traces
-from indoor_bim.wall_views import WallView, recessed, wall_views
+from indoor_bim.wall_views import WallView, each_wall, recessed
 
 Floats = NDArray[np.float64]
 
@@ -71,17 +71,24 @@ def find_openings(
         "max_door_height": max_door_height,
         "frame": frame,
     }
-    found: dict[str, list[FoundOpening]] = {}
-    for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time, intensity=intensity):
-        openings = _openings(view, **bounds)
-        sizes = {name.replace("_door", ""): value for name, value in bounds.items() if name != "frame"}
-        deeper = [o for recess in recessed(view) for o in _openings(recess, **bounds)]
-        openings = [o for o in openings if o.kind == "door" or not any(_contains(o, other) for other in deeper)]
-        for other in (*_shallow_doors(view, **sizes), *deeper):
-            if not any(_overlap(other, o) for o in openings):
-                openings.append(other)
-        found[view.wall.id] = _without_overlap([o for o in openings if o.confidence >= min_confidence])
+
+    def of_wall(view: WallView) -> list[FoundOpening]:
+        return _without_overlap([o for o in _wall_openings(view, **bounds) if o.confidence >= min_confidence])
+
+    found = each_wall(of_wall, storey, points, trajectory=trajectory, gps_time=gps_time, intensity=intensity)
     return replace(storey, walls=_with_openings(storey, found))
+
+
+def _wall_openings(view: WallView, **bounds: float) -> list[FoundOpening]:
+    """Openings of a wall: those that go into it, those in its recesses, and closed doors in its plane."""
+    openings = _openings(view, **bounds)
+    sizes = {name.replace("_door", ""): value for name, value in bounds.items() if name != "frame"}
+    deeper = [o for recess in recessed(view) for o in _openings(recess, **bounds)]
+    openings = [o for o in openings if o.kind == "door" or not any(_contains(o, other) for other in deeper)]
+    for other in (*_shallow_doors(view, **sizes), *deeper):
+        if not any(_overlap(other, o) for o in openings):
+            openings.append(other)
+    return openings
 
 
 def _openings(view: WallView, **bounds: float) -> list[FoundOpening]:
@@ -167,13 +174,13 @@ def _without_overlap(openings: list[FoundOpening]) -> list[FoundOpening]:
     return sorted(kept, key=lambda o: (o.start, o.bottom))
 
 
-def _with_openings(storey: Storey, found: dict[str, list[FoundOpening]]) -> tuple[Wall, ...]:
+def _with_openings(storey: Storey, found: list[list[FoundOpening]]) -> tuple[Wall, ...]:
     """Walls of a storey with numbered openings."""
     number = {"door": 0, "window": 0, "opening": 0}
     walls = []
-    for wall in storey.walls:
+    for wall, of_wall in zip(storey.walls, found, strict=True):
         openings = []
-        for opening in found.get(wall.id, ()):
+        for opening in of_wall:
             number[opening.kind] += 1
             openings.append(_model_opening(opening, prefix=storey.id, number=number[opening.kind]))
         walls.append(replace(wall, openings=tuple(openings)))

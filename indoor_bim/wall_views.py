@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,12 @@ from indoor_bim.plan.relief import Relief, level_faces
 from indoor_bim.plan.scanner_path import path_periods, sensor_positions
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, picture_shape
-from indoor_bim.plan.wall_points import points_at_walls, rays_from_points
+from indoor_bim.plan.wall_points import places_at_wall, rays_from_points, rows_at_walls
 from indoor_bim.plan.wall_rays import WallBox, WallRays, rays_at_walls
+from indoor_bim.threads import in_threads, threads_for
 
 Floats = NDArray[np.float64]
+Outcome = TypeVar("Outcome")
 
 COARSEST_CELL, COARSEST_BLIND_CELL = 0.06, 0.10  # metres
 LONGEST_STAND = 3600.0  # seconds that a scanner measures from its last standpoint
@@ -70,7 +73,8 @@ class WallView:
     blind: bool
 
 
-def wall_views(
+def each_wall(
+    work: Callable[[WallView], Outcome],
     storey: Storey,
     points: Floats,
     *,
@@ -78,11 +82,13 @@ def wall_views(
     gps_time: Floats | None = None,
     intensity: NDArray | None = None,
     max_thickness: float = 0.60,
-) -> Iterator[WallView]:
-    """Collect what the scan shows of each wall.
+) -> list[Outcome]:
+    """Do work on what the scan shows of each wall, several walls at once.
 
     Parameters
     ----------
+    work : callable
+        Takes the view of one wall.
     storey : Storey
         Storey with walls.
     points : (n, 3) float64
@@ -96,31 +102,74 @@ def wall_views(
     max_thickness : float
         Thickest wall, metres: rays that end farther behind a wall seen from one side went through it.
 
-    Yields
-    ------
-    WallView
-        One for each wall, in the order of the storey.
+    Returns
+    -------
+    list
+        Outcomes of the work, in the order of the walls.
     """
     boxes = [WallBox(wall.axis[0], wall.axis[1], wall.thickness, wall.base, wall.height) for wall in storey.walls]
-    near = points_at_walls(boxes, points, reach=LEAF_REACH)
+    near = rows_at_walls(boxes, points, reach=LEAF_REACH)
     blind = trajectory is None or gps_time is None or not _is_timed(trajectory, gps_time)
     if trajectory is None or gps_time is None or blind:
         all_rays: list[WallRays | None] = [None] * len(boxes)
     else:
         sensors, periods = sensor_positions(trajectory, gps_time), path_periods(trajectory, gps_time)
         all_rays = [*with_brightness(rays_at_walls(boxes, points, sensors, periods, intensity))]
-    for wall, box, traced, around in zip(storey.walls, boxes, all_rays, near, strict=True):
-        rays = traced if traced is not None else rays_from_points(*around, thickness=wall.thickness, both_faces=wall.thickness_measured)
-        cell = cell_size(box, len(rays), largest=COARSEST_BLIND_CELL if blind else COARSEST_CELL)
-        corrected, scatter, relief = level_faces(rays, cell=cell, shape=picture_shape(box, cell=cell))
-        tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
-        if not wall.thickness_measured:
-            corrected = corrected.take(np.flatnonzero(corrected.side == _seen_side(corrected, tolerance=tolerance)))
-        through_depth = wall.thickness + tolerance if wall.thickness_measured else max_thickness
-        picture = draw_picture(box, corrected, tolerance=tolerance, through_depth=through_depth, cell=cell, around=around)
-        yield WallView(
-            wall, box, corrected, picture, relief, around, _walked_through(box, trajectory), scatter, tolerance, through_depth, blind
-        )
+
+    def outcome(k: int) -> Outcome:
+        around = places_at_wall(boxes[k], points, near[k])
+        view = _view(storey.walls[k], boxes[k], all_rays[k], around, walked=_walked_through(boxes[k], trajectory), thickest=max_thickness)
+        return work(view)
+
+    return in_threads(outcome, range(len(boxes)), threads=threads_for(len(points)))
+
+
+def wall_views(
+    storey: Storey,
+    points: Floats,
+    *,
+    trajectory: Floats | None = None,
+    gps_time: Floats | None = None,
+    intensity: NDArray | None = None,
+) -> list[WallView]:
+    """What the scan shows of each wall.
+
+    Parameters
+    ----------
+    storey : Storey
+        Storey with walls.
+    points : (n, 3) float64
+        All points of the scan in model coordinates, metres.
+    trajectory : (m, 4) float64, optional
+        Path of the scanner: time in seconds, and x, y, z in model coordinates, metres.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds.
+    intensity : (n,) array, optional
+        Strength of each return, in the unit of the scanner.
+    """
+    return each_wall(lambda view: view, storey, points, trajectory=trajectory, gps_time=gps_time, intensity=intensity)
+
+
+def _view(
+    wall: Wall,
+    box: WallBox,
+    traced: WallRays | None,
+    around: tuple[Floats, Floats, Floats],
+    *,
+    walked: tuple[float, ...],
+    thickest: float,
+) -> WallView:
+    """What rays, or points where there are none, show of a wall."""
+    blind = traced is None
+    rays = traced if traced is not None else rays_from_points(*around, thickness=wall.thickness, both_faces=wall.thickness_measured)
+    cell = cell_size(box, len(rays), largest=COARSEST_BLIND_CELL if blind else COARSEST_CELL)
+    corrected, scatter, relief = level_faces(rays, cell=cell, shape=picture_shape(box, cell=cell))
+    tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
+    if not wall.thickness_measured:
+        corrected = corrected.take(np.flatnonzero(corrected.side == _seen_side(corrected, tolerance=tolerance)))
+    through_depth = wall.thickness + tolerance if wall.thickness_measured else thickest
+    picture = draw_picture(box, corrected, tolerance=tolerance, through_depth=through_depth, cell=cell, around=around)
+    return WallView(wall, box, corrected, picture, relief, around, walked, scatter, tolerance, through_depth, blind)
 
 
 def recessed(view: WallView) -> Iterator[WallView]:
@@ -225,10 +274,11 @@ def write_wall_pictures(
     WriteError
         If a file cannot be written.
     """
-    files = []
-    for view in wall_views(storey, points, trajectory=trajectory, gps_time=gps_time):
+
+    def written(view: WallView) -> Path:
         path = Path(folder, f"{view.wall.id}.png")
         with replace_file(path) as draft:
             draft.write_bytes(picture_png(view))
-        files.append(path)
-    return files
+        return path
+
+    return each_wall(written, storey, points, trajectory=trajectory, gps_time=gps_time)

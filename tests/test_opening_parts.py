@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy import ndimage
 
 from indoor_bim.plan.edge_fits import fewest_wrong, frame_width
-from indoor_bim.plan.holes import Hole, find_holes
+from indoor_bim.plan.holes import Hole, _closed, _ninth_decile, find_holes
 from indoor_bim.plan.relief import level_faces
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture
-from indoor_bim.plan.wall_points import points_at_walls
+from indoor_bim.plan.wall_points import places_at_wall, rows_at_walls
 from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays, rays_at_walls
 
 
@@ -62,7 +63,8 @@ def test_points_at_walls_are_those_of_a_plain_loop():
     rng = np.random.default_rng(9)
     walls = some_walls(rng)
     points = np.column_stack([rng.uniform(-9, 9, (3000, 2)), rng.uniform(-0.5, 3, 3000)])
-    for wall, (along, across, _) in zip(walls, points_at_walls(walls, points, reach=0.7), strict=True):
+    for wall, rows in zip(walls, rows_at_walls(walls, points, reach=0.7), strict=True):
+        along, across, _ = places_at_wall(wall, points, rows)
         d = (np.array(wall.end) - wall.start) / wall.length
         u, v = (points[:, :2] - wall.start) @ d, (points[:, :2] - wall.start) @ np.array([-d[1], d[0]])
         z = points[:, 2] - wall.base
@@ -115,6 +117,20 @@ def test_holes_are_rectangles_between_wall_cells():
     assert find_holes(open_cells, wall_cells, cell=0.1) == [Hole(0.5, 1.5, 0.0, 2.1), Hole(3.0, 6.0, 0.9, 2.2)]
     wall_cells[9:22, 45:47] = True  # a pier
     assert [h.start for h in find_holes(open_cells, wall_cells, cell=0.1)] == [0.5, 3.0, 4.7]
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_gaps_of_open_cells_are_closed_as_by_scipy(seed):
+    rng = np.random.default_rng(seed)
+    cells = rng.random((rng.integers(1, 20), rng.integers(1, 30))) < 0.4
+    expected = ndimage.binary_closing(np.pad(cells, 2), np.ones((3, 3)))[2:-2, 2:-2]
+    np.testing.assert_array_equal(_closed(cells), expected)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 17, 250])
+def test_the_ninth_decile_is_that_of_numpy(count):
+    values = np.random.default_rng(count).integers(0, 60, count)
+    assert _ninth_decile(values) == pytest.approx(np.percentile(values, 90), rel=1e-12)
 
 
 def test_no_open_cell_no_hole():

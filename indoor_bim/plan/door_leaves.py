@@ -52,10 +52,11 @@ def find_leaves(along: Floats, across: Floats, up: Floats, *, start: float, end:
     thickness : float
         Thickness of the wall, metres.
     """
-    from indoor_bim.plan.opening_loops import best_fill
+    from indoor_bim.plan.opening_loops import best_fill, rows_within
 
     width = end - start
-    level = np.flatnonzero((up > LOW) & (up < HIGH) & (along > start - WIDEST) & (along < end + WIDEST))
+    level = np.zeros(len(along), dtype=np.int64)
+    level = level[: rows_within(along, up, start - WIDEST, end + WIDEST, LOW, HIGH, level)]
     along, across, up = along.take(level), across.take(level), up.take(level)
     directions = (np.cos(ANGLES), np.sin(ANGLES))
     found: list[tuple[float, Leaf]] = []

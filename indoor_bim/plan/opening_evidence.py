@@ -42,9 +42,9 @@ def reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats,
     hits, entered = sum(where.hits_within(*below)), sum(where.entered_within(*below))
     if hits >= FEW and hits > entered:
         return False
-    along, across, up = around
-    before = (along > start) & (along < end) & (up > low) & (up < high) & (np.abs(across) > thickness / 2 + LEAF_SPREAD)
-    columns = np.unique(np.floor((along[before] - start) / HIDING_COLUMN))
+    rows = _rows_within(around, *below)
+    before = rows[np.abs(around[1].take(rows)) > thickness / 2 + LEAF_SPREAD]
+    columns = np.unique(np.floor((around[0].take(before) - start) / HIDING_COLUMN))
     if len(columns) * HIDING_COLUMN < (end - start) / 2:
         return True
     inside = sum(where.entered_within(start, end, hole.bottom, hole.top))
@@ -69,11 +69,11 @@ def low_sill(start: float, end: float, rays: WallRays, *, tolerance: float, thic
 
 def shows_threshold(hole: Hole, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
     """True where the floor goes on through the wall below a hole."""
-    low = np.flatnonzero(np.abs(around[2]) < LOWEST_SILL)
-    along, across = around[0].take(low), around[1].take(low)
-    on_floor = (along > hole.start) & (along < hole.end) & (np.abs(across) < thickness / 2 - LEAF_SPREAD)
+    on_floor = _rows_within(around, hole.start, hole.end, -LOWEST_SILL, LOWEST_SILL)
+    along, across = around[0].take(on_floor), around[1].take(on_floor)
+    within = np.abs(across) < thickness / 2 - LEAF_SPREAD
     columns = max(round(hole.width / HIDING_COLUMN), 1)
-    halves = [np.histogram(along[on_floor & side], columns, (hole.start, hole.end))[0] > 0 for side in (across > 0, across <= 0)]
+    halves = [np.histogram(along[within & side], columns, (hole.start, hole.end))[0] > 0 for side in (across > 0, across <= 0)]
     return float(np.mean(halves[0] & halves[1])) > 0.5
 
 
@@ -128,3 +128,11 @@ def rows_into(rays: WallRays, start: float, end: float, bottom: float, top: floa
 
     rows = np.zeros(len(rays), dtype=np.int64)
     return rows[: rays_into(rays.along, rays.up, rays.depth, deeper, start, end, bottom, top, rows)]
+
+
+def _rows_within(around: tuple[Floats, Floats, Floats], start: float, end: float, bottom: float, top: float) -> Ints:
+    """Rows of the points before, in and behind a rectangle of a wall."""
+    from indoor_bim.plan.opening_loops import rows_within
+
+    rows = np.zeros(len(around[0]), dtype=np.int64)
+    return rows[: rows_within(around[0], around[2], start, end, bottom, top, rows)]

@@ -36,7 +36,18 @@ def rays_into(along, up, depth, least, start, end, low, high, rows):  # type: ig
     """Write the rows of the rays that met the face within a rectangle and ended deeper than `least`; return how many there are."""
     found = 0
     for i in range(len(along)):
-        if depth[i] > least and along[i] > start and along[i] < end and up[i] > low and up[i] < high:
+        if (depth[i] > least) & (along[i] > start) & (along[i] < end) & (up[i] > low) & (up[i] < high):
+            rows[found] = i
+            found += 1
+    return found
+
+
+@compiled(_fixed, _fixed, *[_f64] * 4, _ints)
+def rows_within(along, up, start, end, low, high, rows):  # type: ignore[no-untyped-def]
+    """Write the rows of the places within a rectangle; return how many there are."""
+    found = 0
+    for i in range(len(along)):
+        if (along[i] > start) & (along[i] < end) & (up[i] > low) & (up[i] < high):
             rows[found] = i
             found += 1
     return found
@@ -47,7 +58,7 @@ def count_within(along, up, side, start, end, low, high):  # type: ignore[no-unt
     """Number of places within a rectangle, from the left and from the right."""
     left = right = 0
     for i in range(len(along)):
-        if along[i] > start and along[i] < end and up[i] > low and up[i] < high:
+        if (along[i] > start) & (along[i] < end) & (up[i] > low) & (up[i] < high):
             if side[i] > 0:
                 left += 1
             else:
@@ -60,7 +71,7 @@ def rows_at_edge(across, along, side, low, high, place, window, left, right):  #
     """Write the rows of what lies within a window of an edge and within its length, by side; return how many there are."""
     lefts = rights = 0
     for i in range(len(across)):
-        if across[i] > low and across[i] < high and abs(along[i] - place) < window:
+        if (across[i] > low) & (across[i] < high) & (abs(along[i] - place) < window):
             if side[i] > 0:
                 left[lefts] = i
                 lefts += 1

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays, rows_of_walls, wall_table
+from indoor_bim.plan.wall_rays import FRONT, MARGIN, Int32s, WallBox, WallRays, rows_of_walls, wall_table
 
 Floats = NDArray[np.float64]
 
@@ -15,8 +15,8 @@ ON_FACE = 0.04  # metres
 DEEPEST = 0.40  # metres behind a face: reveals and frames are not deeper
 
 
-def points_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -> Iterator[tuple[Floats, Floats, Floats]]:
-    """Points close to each wall, one wall after the other.
+def rows_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -> list[Int32s]:
+    """Rows of the points close to each wall.
 
     Parameters
     ----------
@@ -26,23 +26,35 @@ def points_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -
         Points, metres.
     reach : float
         Largest distance from a face, metres.
+    """
+    from indoor_bim.plan.wall_loops import points_of_walls
 
-    Yields
-    ------
+    boxes, points = wall_table(walls), np.ascontiguousarray(points, dtype=np.float64)
+    return rows_of_walls(lambda part, *out: points_of_walls(points[part], boxes, reach, MARGIN, *out), walls=len(boxes), points=len(points))
+
+
+def places_at_wall(wall: WallBox, points: Floats, rows: Int32s) -> tuple[Floats, Floats, Floats]:
+    """Where some of the points are, seen from a wall.
+
+    Parameters
+    ----------
+    wall : WallBox
+        Wall.
+    points : (n, 3) float64
+        Points, metres.
+    rows : (m,) int32
+        Rows of those that are asked for.
+
+    Returns
+    -------
     along, across, up : (m,) float64
         Distance along the axis from its first end, to the left of it, and above the foot of the wall, metres.
     """
-    from indoor_bim.plan.wall_loops import point_places, points_of_walls
+    from indoor_bim.plan.wall_loops import point_places
 
-    boxes = wall_table(walls)
-    points = np.ascontiguousarray(points, dtype=np.float64)
-    found = rows_of_walls(
-        lambda part, *out: points_of_walls(points[part], boxes, reach, MARGIN, *out), walls=len(boxes), points=len(points)
-    )
-    for box, rows in zip(boxes, found, strict=True):
-        places = np.zeros((3, len(rows)))
-        point_places(points, rows, box, places)
-        yield places[0], places[1], places[2]
+    places = np.zeros((3, len(rows)))
+    point_places(np.ascontiguousarray(points, dtype=np.float64), rows, wall_table([wall])[0], places)
+    return places[0], places[1], places[2]
 
 
 def rays_from_points(along: Floats, across: Floats, up: Floats, *, thickness: float, both_faces: bool) -> WallRays:
