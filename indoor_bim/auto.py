@@ -53,7 +53,7 @@ class AutoStages:
     plan: StoreyPlan
 
 
-def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = None) -> AutoStages:
+def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = None, sample: Floats | None = None) -> AutoStages:
     """Faces and rooms of one storey.
 
     Parameters
@@ -64,6 +64,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         Storey, from 0.
     sensor : (n, 3) float64, optional
         Scanner position at each point in model coordinates, metres.
+    sample : (m, 3) float64, optional
+        Thinned points of the scan; default: they are thinned here.
 
     Raises
     ------
@@ -75,7 +77,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     floor = storey.floor if storey.floor is not None else (storey.ceiling or 0.0) - 2.5
     top = storey.ceiling + 0.15 if storey.ceiling is not None else (above[0] - 0.1 if above else floor + 6.0)
     points = levelled.points
-    sample = thin(points)
+    sample = thin(points) if sample is None else sample
     pitched = storey.ceiling is None
     overhead = roof_surface(sample, floor=floor, top=top) if pitched else ev.overhead_surface(sample, floor=floor, top=top)
     ceiling = ridge_height(overhead) if pitched and overhead is not None else storey.ceiling
@@ -225,10 +227,11 @@ def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> 
     sensor = None
     if gps_time is not None and levelled.trajectory is not None and np.isfinite(levelled.trajectory[:, 0]).all():
         sensor = sensor_positions(levelled.trajectory, gps_time)
+    sample = thin(levelled.points)
     plans, complaints = [], []
     for number in range(len(levelled.storeys)):
         try:
-            plans.append(auto_storey(levelled, number, sensor).plan)
+            plans.append(auto_storey(levelled, number, sensor, sample).plan)
         except NothingToReconstructError as error:
             logger.warning("storey %d: %s", number + 1, error)
             complaints.append(error)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import ndimage
 
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.raster import Raster
@@ -48,3 +49,41 @@ def test_layers_that_are_hit(xy):
     assert np.array_equal(whole, parts[0] | parts[1])
     assert whole.max() >> 18
     assert not (whole & 0x1FFFF).any()
+
+
+@pytest.fixture
+def points(xy):
+    return np.column_stack([xy, np.random.default_rng(4).uniform(-0.1, 0.1, len(xy))])
+
+
+GRID = {"low": np.array([0.0, 0.0]), "high": np.array([10.0, 9.0]), "cell": 0.1}
+
+
+@pytest.mark.parametrize(("least", "most"), [(-0.06, 0.06), (0.0, np.inf)])
+def test_pixels_that_are_hit_at_a_level(points, least, most):
+    level = {"base": 0.02, "least": least, "most": most, **GRID}
+    parts = [ev.level_raster(points[k::2], **level).image for k in range(2)]
+    whole = ev.level_raster(points, **level).image
+    assert np.array_equal(whole, parts[0] | parts[1])
+    assert 0.2 < whole.mean() < 0.9
+
+
+def test_pixels_that_are_hit_on_a_surface(points):
+    rng = np.random.default_rng(5)
+    surface, slack = (Raster(rng.uniform(*ends, (30, 40)), np.array([0.5, -0.5]), 0.2) for ends in ((-0.05, 0.05), (0.01, 0.04)))
+    parts = [ev.surface_raster(points[k::2], surface, slack, **GRID).image for k in range(2)]
+    whole = ev.surface_raster(points, surface, slack, **GRID).image
+    assert np.array_equal(whole, parts[0] | parts[1])
+    assert 0.1 < whole.mean() < 0.8
+
+
+@pytest.mark.parametrize("shape", [(300, 400), (11, 90), (90, 7), (25, 25)])
+def test_density_of_large_images_is_that_of_small_ones(shape, monkeypatch):
+    rng = np.random.default_rng(6)
+    known = ndimage.uniform_filter(rng.random(shape), 9) > 0.48
+    seen = ((rng.random(shape) < 0.3) & known).astype(np.float32)
+    monkeypatch.setattr(ev, "FEW_PIXELS", 0)
+    large = ev.local_density(seen, known, cell=0.025)
+    monkeypatch.setattr(ev, "FEW_PIXELS", seen.size)
+    assert np.array_equal(large, ev.local_density(seen, known, cell=0.025))
+    assert large.max() > 0

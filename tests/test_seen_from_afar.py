@@ -15,7 +15,7 @@ from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.free_space import FreeSpace, extent, in_front, roofed, usual_density
 from indoor_bim.plan.line_search import AFAR, beside, find_lines
 from indoor_bim.plan.local_density import thinly_scanned
-from indoor_bim.plan.loose_faces import attached, opaque, reach_out, without_doubles
+from indoor_bim.plan.loose_faces import attached, opaque, points_outside, reach_out, without_doubles
 from indoor_bim.plan.oblique import unexplained
 from indoor_bim.plan.raster import Raster
 
@@ -207,3 +207,12 @@ def test_low_walls_leave_nothing_unexplained():
     low = wall((0, 0), (5, 0), density=500, seen_from=(2.5, -2), high=1.2)
     assert len(unexplained(low, FaceLines.none())) == 0
     assert len(find_lines(low, NOTHING_OVERHEAD)[0]) == 0
+
+
+def test_points_outside_of_an_area():
+    area = shapely.Polygon([(0, 0), (6, 1), (5, 4), (2, 3.5), (1, 6)], [[(2, 1.5), (4, 1.5), (3, 3)]])
+    xy = np.random.default_rng(9).uniform(-2, 8, (30_000, 2))
+    outside = points_outside(area, xy)
+    assert np.array_equal(outside, np.flatnonzero(~shapely.contains_xy(area, *xy.T)))
+    assert np.array_equal(points_outside(area.buffer(-0.6), xy[:50]), np.flatnonzero(~shapely.contains_xy(area.buffer(-0.6), *xy[:50].T)))
+    assert len(points_outside(shapely.Polygon(), xy)) == len(xy)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,7 +16,8 @@ Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
 FEW_POINTS = 20_000
-"""So many points are taken by numpy, sooner than the compiled loops are loaded."""
+FEW_PIXELS = 100_000
+"""So many points or pixels are taken by numpy and scipy, sooner than the compiled loops are loaded."""
 _COARSE = 0.20
 _LAYER = 0.10
 _MIN_HEADROOM = 1.8
@@ -136,11 +138,18 @@ def clamp_sample(raster: Raster, xy: Floats) -> NDArray:
     if len(xy) > FEW_POINTS:
         from indoor_bim.plan.raster_loops import look_up
 
-        values = np.zeros(len(xy))
-        look_up(xy, np.ascontiguousarray(raster.image, dtype=np.float64), *map(float, raster.origin), raster.cell, values)
+        values, image = np.zeros(len(xy)), np.ascontiguousarray(raster.image, dtype=np.float64)
+        place = (float(raster.origin[0]), float(raster.origin[1]), raster.cell)
+        _in_parts(lambda part: look_up(xy[part], image, *place, values[part]), len(xy))
         return values
     rc = np.clip(raster.pixel(xy), 0, np.array(raster.image.shape) - 1)
     return raster.image[rc[:, 0], rc[:, 1]]
+
+
+def _in_parts(work: Callable[[slice], None], count: int) -> None:
+    """A share of the points in each thread."""
+    threads = threads_for(count)
+    in_threads(work, even_slices(count, threads), threads=threads)
 
 
 def towards_scanner(xy: Floats, sensor: Floats, step: float) -> Floats:
@@ -242,33 +251,53 @@ def _relief(overhead: Raster) -> Raster:
 
 def hit_raster(xy: Floats, *, low: Floats, high: Floats, cell: float) -> Raster:
     """True in every cell that holds a point (n, 2)."""
-    shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
-    raster = Raster(np.zeros(shape, dtype=bool), low, cell)
+    raster = _no_hits(low, high, cell)
     if len(xy) > FEW_POINTS:
         from indoor_bim.plan.raster_loops import mark
 
         mark(xy, float(low[0]), float(low[1]), cell, raster.image)
         return raster
     rc = raster.pixel(xy)
-    rc = rc[((rc >= 0) & (rc < shape)).all(axis=1)]
+    rc = rc[((rc >= 0) & (rc < raster.image.shape)).all(axis=1)]
     raster.image[rc[:, 0], rc[:, 1]] = True
     return raster
 
 
-def overhead_hits(
-    points: Floats,
-    wall: WallPoints,
-    overhead: Raster,
-    *,
-    low: Floats,
-    high: Floats,
-    cell: float,
-    tolerance: float = 0.06,
-    reach: float = 0.25,
-) -> tuple[Raster, NDArray[np.floating], Bools]:
-    """Where the overhead surface was hit, and how densely it would be hit if it were there.
+def level_raster(points: Floats, *, base: float, least: float, most: float, low: Floats, high: Floats, cell: float) -> Raster:
+    """True in every cell that holds a point (n, 3) between the heights `least` and `most` above `base`, metres."""
+    if len(points) > FEW_POINTS:
+        from indoor_bim.plan.raster_loops import mark_level
 
-    Pixels over walls are left out of both: the upper ends of walls are no ceiling.
+        points, raster = np.ascontiguousarray(points), _no_hits(low, high, cell)
+        place = (float(low[0]), float(low[1]), cell)
+        _in_parts(lambda part: mark_level(points[part], base, least, most, *place, raster.image), len(points))
+        return raster
+    above = points[:, 2] - base
+    return hit_raster(points[(above > least) & (above < most), :2], low=low, high=high, cell=cell)
+
+
+def surface_raster(points: Floats, surface: Raster, slack: Raster, *, low: Floats, high: Floats, cell: float) -> Raster:
+    """True in every cell that holds a point (n, 3) within the slack of a surface; both rasters have the same cells."""
+    if len(points) > FEW_POINTS:
+        from indoor_bim.plan.raster_loops import mark_surface
+
+        points, raster = np.ascontiguousarray(points), _no_hits(low, high, cell)
+        images = [np.ascontiguousarray(image, dtype=np.float64) for image in (surface.image, slack.image)]
+        place = (float(surface.origin[0]), float(surface.origin[1]), surface.cell, float(low[0]), float(low[1]), cell)
+        _in_parts(lambda part: mark_surface(points[part], *images, *place, raster.image), len(points))
+        return raster
+    hit = np.abs(points[:, 2] - clamp_sample(surface, points[:, :2])) < clamp_sample(slack, points[:, :2])
+    return hit_raster(points[hit, :2], low=low, high=high, cell=cell)
+
+
+def _no_hits(low: Floats, high: Floats, cell: float) -> Raster:
+    return Raster(np.zeros(np.ceil((high - low) / cell).astype(np.int64)[::-1], dtype=bool), low, cell)
+
+
+def overhead_hits(
+    points: Floats, wall: WallPoints, overhead: Raster, *, low: Floats, high: Floats, cell: float, tolerance: float = 0.06
+) -> tuple[Raster, Bools]:
+    """Where the overhead surface was hit; the upper ends of walls are no ceiling.
 
     Parameters
     ----------
@@ -284,28 +313,24 @@ def overhead_hits(
         Side of a pixel, metres.
     tolerance : float
         Points this close to the overhead surface belong to it, metres.
-    reach : float
-        The density is the best mean within this distance, metres.
 
     Returns
     -------
     seen : Raster
-        1 where hit, else 0.
-    density : (rows, columns) float32
-        Share of pixels hit around each pixel, 0 over walls.
+        1 where hit, else 0; 0 over walls.
     column : (rows, columns) bool
         Pixels over walls.
     """
-    from scipy import ndimage
-
-    slack = tolerance + clamp_sample(_relief(overhead), points[:, :2])
-    hit = np.abs(points[:, 2] - clamp_sample(overhead, points[:, :2])) < slack
-    raster = hit_raster(points[hit, :2], low=low, high=high, cell=cell)
+    slack = Raster(tolerance + _relief(overhead).image, overhead.origin, overhead.cell)
+    raster = surface_raster(points, overhead, slack, low=low, high=high, cell=cell)
     column = np.bitwise_count(upper_layers(wall, raster)) >= 2
-    column = ndimage.binary_dilation(column, np.ones((3, 3)))
+    for line in (column, column.T):
+        near = line.copy()
+        line[1:] |= near[:-1]
+        line[:-1] |= near[1:]
     seen = raster.image.astype(np.float32)
     seen[column] = 0
-    return Raster(seen, low, cell), local_density(seen, ~column, cell=cell, reach=reach), column
+    return Raster(seen, low, cell), column
 
 
 def upper_layers(wall: WallPoints, raster: Raster, *, above: float = 0.75, layers: int = 24) -> NDArray[np.uint32]:
@@ -356,7 +381,7 @@ def covered(
     """
     from scipy import ndimage
 
-    hits = hit_raster(points[points[:, 2] > above, :2], low=low, high=high, cell=coarse)
+    hits = level_raster(points, base=above, least=0.0, most=np.inf, low=low, high=high, cell=coarse)
     share = ndimage.uniform_filter(hits.image.astype(np.float32), 2 * round(reach / coarse) + 1)
     shape = np.ceil((high - low) / cell).astype(np.int64)[::-1]
     rows = np.minimum((np.arange(shape[0]) * cell / coarse).astype(np.int64), share.shape[0] - 1)
@@ -382,10 +407,20 @@ def local_density(seen: NDArray[np.floating], known: Bools, *, cell: float, reac
     reach : float
         Distance, metres.
     """
-    from scipy import ndimage
+    weight, steps = known.astype(np.float32), round(reach / cell)
+    if seen.size > FEW_PIXELS:
+        from indoor_bim.plan.window_loops import largest_around, mean_around
 
-    weight = known.astype(np.float32)
-    window = 2 * round(reach / cell) + 1
-    mean = ndimage.uniform_filter(seen, window) / np.maximum(ndimage.uniform_filter(weight, window), 0.05)
-    density: NDArray[np.floating] = ndimage.maximum_filter(mean, window) * weight
+        hit, expected, density = np.zeros((3, *seen.shape), dtype=np.float32)
+        mean_around(np.ascontiguousarray(seen, dtype=np.float32), steps, hit)
+        mean_around(weight, steps, expected)
+        hit /= np.maximum(expected, 0.05, out=expected)
+        largest_around(hit, steps, density)
+    else:
+        from scipy import ndimage
+
+        window = 2 * steps + 1
+        mean = ndimage.uniform_filter(seen, window) / np.maximum(ndimage.uniform_filter(weight, window), 0.05)
+        density = ndimage.maximum_filter(mean, window)
+    density *= weight
     return density

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.cells import Cells, cell_image
 from indoor_bim.plan.raster import Raster
+from indoor_bim.threads import in_threads
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -104,14 +105,16 @@ def free_space(
     open_top : bool
         No ceiling was seen.
     """
-    seen, density, column = ev.overhead_hits(points, wall, overhead, low=low, high=high, cell=cell)
+    seen, column = ev.overhead_hits(points, wall, overhead, low=low, high=high, cell=cell)
+    ground = ev.level_raster(points, base=floor, least=-0.06, most=0.06, low=low, high=high, cell=cell).image.astype(np.float32)
+    known = ~column & ev.covered(everything, above=cover, low=low, high=high, cell=cell, open_top=open_top)
+    ground[~known] = 0
+    surfaces = [(seen.image, ~column), (ground, known)]
+    density, floor_density = in_threads(lambda pair: ev.local_density(*pair, cell=cell), surfaces, threads=2)
     ceiling = seen.image
     if open_top:
         ceiling, density = np.zeros_like(ceiling), np.zeros_like(density)
-    ground = ev.hit_raster(points[np.abs(points[:, 2] - floor) < 0.06, :2], low=low, high=high, cell=cell).image.astype(np.float32)
-    known = ~column & ev.covered(everything, above=cover, low=low, high=high, cell=cell, open_top=open_top)
-    ground[~known] = 0
-    return FreeSpace(ceiling, ground, density, ev.local_density(ground, known, cell=cell), low, cell)
+    return FreeSpace(ceiling, ground, density, floor_density, low, cell)
 
 
 def extent(overhead: Raster | None, sample: Floats, *, floor: float, top: float, margin: float = 1.2) -> tuple[Floats, Floats]:
@@ -178,30 +181,23 @@ def cell_space(cells: Cells, space: FreeSpace) -> CellSpace:
     space : FreeSpace
         Hits of floor and ceiling.
     """
-    image = cell_image(cells.polygons, space.hit)
-    within = image >= 0
-    label = image[within]
-    count = len(cells.polygons)
+    from indoor_bim.plan.cell_loops import sum_in_cells
 
-    def total(values: Images) -> Floats:
-        return np.bincount(label, weights=values[within], minlength=count).astype(np.float64)
-
-    density, floor_density = space.ceiling_density, space.floor_density
-    sure = density / (density + 0.02)
-    share = np.clip(total(space.ceiling) / np.maximum(total(density), 1e-9), 0, 1)
-    open_above = 1 - sure
-    below = floor_density[(sure > 0.5) & (floor_density > 0)]
+    images = [
+        np.ascontiguousarray(image, dtype=np.float32) for image in (space.ceiling, space.floor, space.ceiling_density, space.floor_density)
+    ]
+    below = images[3][(images[2] > 0.02) & (images[3] > 0)]
     usual = float(np.median(below)) if len(below) else 0.0
-    expected = np.maximum(floor_density, 0.5 * usual * (floor_density > 0))
-    floor_sure = open_above * floor_density / (floor_density + 0.02)
-    floor_share = np.clip(total(space.floor * open_above) / np.maximum(total(expected * open_above), 1e-9), 0, 1)
+    sums = np.zeros((len(cells.polygons), 9))
+    sum_in_cells(cell_image(cells.polygons, space.raster(space.ceiling)), *images, 0.5 * usual, sums)
+    pixels, hit, ceiling, expected, sure, sure_alone, floor, floor_expected, floor_sure = sums.T
+    share = np.clip(ceiling / np.maximum(expected, 1e-9), 0, 1)
+    floor_share = np.clip(floor / np.maximum(floor_expected, 1e-9), 0, 1)
     area = np.array([polygon.area for polygon in cells.polygons])
     for_room = np.clip(share / 0.3 - 1, -1, 1)
-    firm = np.where(for_room < 0, total(sure * (1 - floor_density / (floor_density + 0.02))), total(sure))
-    evidence = firm * for_room + total(floor_sure) * np.clip(floor_share / 0.4 - 1, -0.3, 1)
-    hit = total(space.hit.image) / np.maximum(np.bincount(label, minlength=count), 1)
-    spanned = (share > 0.3) & (total(sure) * space.cell**2 > 0.3 * area)
-    return CellSpace(evidence * space.cell**2 - 0.1 * area, spanned, hit)
+    evidence = np.where(for_room < 0, sure_alone, sure) * for_room + floor_sure * np.clip(floor_share / 0.4 - 1, -0.3, 1)
+    spanned = (share > 0.3) & (sure * space.cell**2 > 0.3 * area)
+    return CellSpace(evidence * space.cell**2 - 0.1 * area, spanned, hit / np.maximum(pixels, 1))
 
 
 def in_front(cells: Cells, faces: Floats, *, depth: float = 0.60, most: float = 0.5) -> Floats:
@@ -225,10 +221,11 @@ def in_front(cells: Cells, faces: Floats, *, depth: float = 0.60, most: float = 
 
 def usual_density(polygon: shapely.Polygon, space: FreeSpace) -> float:
     """Median density of floor or ceiling, whichever is denser, where either was hit in a polygon; points per square metre, 0 for none."""
-    first, last = space.hit.pixel(np.array(polygon.bounds).reshape(2, 2))
+    first, last = space.raster(space.ceiling).pixel(np.array(polygon.bounds).reshape(2, 2))
     rows, columns = np.meshgrid(np.arange(first[0], last[0] + 1, 4), np.arange(first[1], last[1] + 1, 4), indexing="ij")
-    centres = space.hit.centre(np.column_stack([rows.ravel(), columns.ravel()]))
-    density = space.raster(np.maximum(space.ceiling_density, space.floor_density)).sample(centres[shapely.contains_xy(polygon, *centres.T)])
+    centres = space.raster(space.ceiling).centre(np.column_stack([rows.ravel(), columns.ravel()]))
+    within = centres[shapely.contains_xy(polygon, *centres.T)]
+    density = np.maximum(*(space.raster(image).sample(within) for image in (space.ceiling_density, space.floor_density)))
     return float(np.median(density[density > 0])) / space.cell**2 if (density > 0).any() else 0.0
 
 

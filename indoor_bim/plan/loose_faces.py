@@ -6,6 +6,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from indoor_bim.plan.evidence import clamp_sample
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.line_search import line_evidence
 from indoor_bim.plan.raster import Raster
@@ -80,12 +81,34 @@ def loose_faces(
         pieces += [(spots[a], spots[b - 1]) for a, b in edges.reshape(-1, 2) if (b - a) * STEP >= shortest]
     p, q = (np.array([piece[end] for piece in pieces]).reshape(-1, 2) for end in (0, 1))
     keep = without_doubles(p, q)
-    if origins is not None:
-        outside = ~shapely.contains_xy(around, *hits[:, :2].T)
+    if origins is not None and keep.any():
+        outside = points_outside(around, hits[:, :2])
         keep &= opaque(p, q, hits[outside], origins[outside], low=low + 0.1, high=high - 0.1)
     p, q = reach_out(p[keep], q[keep], rooms)
     keep = attached(p, q, rooms)
     return p[keep], q[keep]
+
+
+def points_outside(area: shapely.Geometry, xy: Floats, *, tile: float = 0.25) -> NDArray[np.int64]:
+    """Rows of points (n, 2) outside of an area; those in tiles that lie well within it need no test of their own.
+
+    Examples
+    --------
+    >>> points_outside(shapely.box(0, 0, 4, 3), np.array([[1.0, 1.0], [4.01, 1.0], [3.99, 1.0]])).tolist()
+    [1]
+    """
+    core = shapely.buffer(area, -tile)
+    if core.is_empty:
+        return np.flatnonzero(~shapely.contains_xy(area, *xy.T))
+    x0, y0, x1, y1 = core.bounds
+    tiles = Raster(np.zeros((int((y1 - y0) / tile) + 3, int((x1 - x0) / tile) + 3)), np.array([x0 - tile, y0 - tile]), tile)
+    rows, columns = np.indices(tiles.image.shape)
+    centres = tiles.centre(np.column_stack([rows.ravel(), columns.ravel()]))
+    shapely.prepare(core)
+    tiles.image[...] = shapely.contains_xy(core, *centres.T).reshape(tiles.image.shape)
+    unsure = np.flatnonzero(clamp_sample(tiles, xy) == 0)
+    outside: NDArray[np.int64] = unsure[~shapely.contains_xy(area, *xy[unsure].T)]
+    return outside
 
 
 def without_doubles(p: Floats, q: Floats, *, apart: float = 0.30, share: float = 0.5) -> NDArray[np.bool_]:

@@ -9,6 +9,7 @@ from indoor_bim.compiled import compiled
 
 _points = types.Array(types.float64, 2, "A", readonly=True)
 _values = types.Array(types.float64, 1, "A", readonly=True)
+_solid = types.Array(types.float64, 2, "C", readonly=True)
 _image, _place = types.Array(types.float64, 2, "C", readonly=True), (types.float64, types.float64, types.float64)
 _out, _spots = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
 _hit, _masks = types.Array(types.bool_, 2, "C"), types.Array(types.uint32, 2, "C")
@@ -29,6 +30,35 @@ def mark(xy, x0, y0, cell, image):  # type: ignore[no-untyped-def]
     rows, columns = image.shape
     for n in range(len(xy)):
         column, row = int(np.floor((xy[n, 0] - x0) / cell)), int(np.floor((xy[n, 1] - y0) / cell))
+        if row >= 0 and row < rows and column >= 0 and column < columns:
+            image[row, column] = True
+
+
+@compiled(_solid, types.float64, types.float64, types.float64, *_place, _hit)
+def mark_level(points, base, least, most, x0, y0, cell, image):  # type: ignore[no-untyped-def]
+    """Mark the pixels that hold a point between two heights above a base."""
+    rows, columns = image.shape
+    for n in range(len(points)):
+        above = points[n, 2] - base
+        if not (above > least and above < most):
+            continue
+        column, row = int(np.floor((points[n, 0] - x0) / cell)), int(np.floor((points[n, 1] - y0) / cell))
+        if row >= 0 and row < rows and column >= 0 and column < columns:
+            image[row, column] = True
+
+
+@compiled(_solid, _image, _image, *_place, *_place, _hit)
+def mark_surface(points, height, slack, left, bottom, side, x0, y0, cell, image):  # type: ignore[no-untyped-def]
+    """Mark the pixels that hold a point on a surface, within its slack."""
+    rows, columns = image.shape
+    last_row, last_column = height.shape[0] - 1, height.shape[1] - 1
+    for n in range(len(points)):
+        x, y = points[n, 0], points[n, 1]
+        i, j = int(np.floor((y - bottom) / side)), int(np.floor((x - left) / side))
+        i, j = min(max(i, 0), last_row), min(max(j, 0), last_column)
+        if not abs(points[n, 2] - height[i, j]) < slack[i, j]:
+            continue
+        column, row = int(np.floor((x - x0) / cell)), int(np.floor((y - y0) / cell))
         if row >= 0 and row < rows and column >= 0 and column < columns:
             image[row, column] = True
 

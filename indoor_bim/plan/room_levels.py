@@ -22,6 +22,8 @@ STEP = 1.2
 HEADROOM = 1.8
 BAND = 0.04
 TILE = 0.20
+COLUMN = 0.5
+"""Width of the columns that points are sorted into, metres."""
 
 
 def room_levels(
@@ -69,11 +71,16 @@ def room_levels(
     import shapely
 
     levels = []
+    column = np.floor(points[:, 0] / COLUMN).astype(np.int64)
+    first_column = int(column.min()) if len(column) else 0
+    order = np.argsort((column - first_column).astype(np.uint16), kind="stable")
+    points, column = points.take(order, axis=0), column.take(order)
     for room in rooms:
         core = room.buffer(-0.15)
         core = room if core.is_empty else core
         x0, y0, x1, y1 = core.bounds
-        near = points[(points[:, 0] >= x0) & (points[:, 0] <= x1) & (points[:, 1] >= y0) & (points[:, 1] <= y1)]
+        near = points[slice(*np.searchsorted(column, [np.floor(x0 / COLUMN), np.floor(x1 / COLUMN) + 1]))]
+        near = near[(near[:, 0] >= x0) & (near[:, 0] <= x1) & (near[:, 1] >= y0) & (near[:, 1] <= y1)]
         near = near[shapely.contains_xy(core, near[:, 0], near[:, 1])]
         below = near[(near[:, 2] > max(floor - STEP, low + 0.10)) & (near[:, 2] < floor + STEP)]
         foot = _lowest_level(below, core.area)

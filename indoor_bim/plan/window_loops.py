@@ -1,0 +1,64 @@
+"""Means and maxima of square windows of an image: the compiled inner loops of `evidence.local_density`."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import types
+
+from indoor_bim.compiled import compiled, inlined
+
+_image = types.Array(types.float32, 2, "C")
+
+
+@inlined
+def _mirrored(i, count):  # type: ignore[no-untyped-def]
+    """Index that an index outside is reflected to, the border repeated."""
+    i = i % (2 * count)
+    return i if i < count else 2 * count - 1 - i
+
+
+@compiled(_image, types.int64, _image)
+def mean_around(image, reach, out):  # type: ignore[no-untyped-def]
+    """Mean of the window up to `reach` around each pixel, as `scipy.ndimage.uniform_filter` takes it: first of columns, then of rows."""
+    rows, columns = image.shape
+    size = 2 * reach + 1
+    total = np.zeros(columns)
+    means = np.zeros(columns, np.float32)
+    for i in range(-reach, reach + 1):
+        row = image[_mirrored(i, rows)]
+        for j in range(columns):
+            total[j] += row[j]
+    for i in range(rows):
+        for j in range(columns):
+            means[j] = total[j] / size
+        gone, come = image[_mirrored(i - reach, rows)], image[_mirrored(i + reach + 1, rows)]
+        for j in range(columns):
+            total[j] += np.float64(come[j]) - np.float64(gone[j])
+        here = 0.0
+        for j in range(-reach, reach + 1):
+            here += means[_mirrored(j, columns)]
+        for j in range(columns):
+            out[i, j] = here / size
+            before = means[j - reach] if j >= reach else means[_mirrored(j - reach, columns)]
+            after = means[j + reach + 1] if j + reach + 1 < columns else means[_mirrored(j + reach + 1, columns)]
+            here += np.float64(after) - np.float64(before)
+
+
+@compiled(_image, types.int64, _image)
+def largest_around(image, reach, out):  # type: ignore[no-untyped-def]
+    """Largest value of the window up to `reach` around each pixel."""
+    rows, columns = image.shape
+    line = np.zeros(columns, np.float32)
+    for i in range(rows):
+        line[:] = image[i]
+        for k in range(max(i - reach, 0), min(i + reach + 1, rows)):
+            row = image[k]
+            for j in range(columns):
+                line[j] = row[j] if row[j] > line[j] else line[j]
+        result = out[i]
+        result[:] = line
+        for k in range(1, min(reach + 1, columns)):
+            for j in range(columns - k):
+                result[j] = line[j + k] if line[j + k] > result[j] else result[j]
+            for j in range(k, columns):
+                result[j] = line[j - k] if line[j - k] > result[j] else result[j]
