@@ -122,20 +122,21 @@ def opening_chain(storey: Storey, side: Side) -> list[float]:
     if bounds is None:
         return []
     along, across = (0, 1) if side in ("bottom", "top") else (1, 0)
-    solids = {wall.id: region(wall.footprint) for wall in storey.walls}
-    rooms = shapely.union_all([region(room.outline.exterior, room.outline.holes) for room in storey.rooms])
+    solids = [region(wall.footprint) for wall in storey.walls]
+    solids += [region(room.outline.exterior, room.outline.holes) for room in storey.rooms]
+    tree = shapely.STRtree(solids)
     beyond = {"bottom": bounds[1], "left": bounds[0], "top": bounds[3], "right": bounds[2]}[side]
     jambs: list[float] = []
-    for wall in storey.walls:
+    for number, wall in enumerate(storey.walls):
         p, q = wall.axis
         if abs(q[across] - p[across]) > _SKEW * abs(q[along] - p[along]):
             continue
-        others = shapely.union_all([rooms, *(solid for id, solid in solids.items() if id != wall.id)])
         for opening in wall.openings:
             ends = [p[along] + (q[along] - p[along]) * place / wall.length for place in (opening.start, opening.start + opening.width)]
             middle, depth = sum(ends) / 2, (p[across] + q[across]) / 2
-            sight = [(middle, depth), (middle, beyond)] if along == 0 else [(depth, middle), (beyond, middle)]
-            if not shapely.LineString(sight).intersection(others).length > _NUDGE:
+            sight = shapely.LineString([(middle, depth), (middle, beyond)] if along == 0 else [(depth, middle), (beyond, middle)])
+            others = [solids[k] for k in tree.query(sight) if k != number]
+            if not shapely.union_all(shapely.intersection(sight, others)).length > _NUDGE:
                 jambs += ends
     if not jambs:
         return []
@@ -246,11 +247,14 @@ def _rail_texts(rail: Rail, places: list[float], chain: list[float]) -> list[Tex
     """Lengths above their parts of the chain, outside where these are too narrow; what would cover another is left out."""
     spans = [((a + b) / 2, abs(b - a), label) for (a, b), label in zip(pairwise(places), centimetre_labels(chain), strict=True)]
     texts: list[Text] = []
+    boxes: list[shapely.Polygon] = []
     for middle, room, label in sorted(spans, key=lambda span: (-span[1], span[0])):
         narrow = text_width(label, _TEXT_SIZE) > room - 2 * _TICK
         text = _outside_text(rail, middle, label) if narrow else _inline_text(rail, middle, label)
-        if not any(text.box.buffer(0.2).intersects(other.box) for other in texts):
+        box = text.box
+        if not shapely.intersects(box.buffer(0.2), boxes).any():
             texts.append(text)
+            boxes.append(box)
     return sorted(texts, key=lambda text: text.at)
 
 

@@ -114,6 +114,7 @@ def area_text(room: Room) -> str:
 def _space(room: Room, view: View, blocked: BaseGeometry, *, dimensioned: bool) -> Space:
     whole = view.shape(region(room.outline.exterior, room.outline.holes))
     free = whole.buffer(-_CLEARANCE).difference(blocked.buffer(_CLEARANCE))
+    shapely.prepare(free)
     parts = [part for part in shapely.get_parts(free) if part.geom_type == "Polygon" and part.area > 1]
     if not parts:
         return Space(free, np.zeros((0, 2)), dimensioned)
