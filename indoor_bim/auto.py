@@ -31,6 +31,7 @@ from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outline
 from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
+from indoor_bim.threads import rows_of
 
 logger = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
@@ -86,8 +87,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     low, high = extent(overhead, sample, floor=floor, top=top)
     x, y, z = points.T
     near = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]) & (z > floor - 0.1) & (z < top))
-    points = points.take(near, axis=0)
-    sensor = None if sensor is None else sensor.take(near, axis=0)
+    if len(near) < len(points):
+        points, sensor = rows_of(points, near), None if sensor is None else rows_of(sensor, near)
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from face_lines import lines_between
 
+from indoor_bim.plan import line_merging
 from indoor_bim.plan.line_merging import merge_lines
 
 
@@ -74,6 +77,28 @@ def test_order_of_lines_changes_nothing():
     assert 1 < len(first) < len(lines)
     for _ in range(5):
         assert ends(merge_lines(lines.take(random.permutation(len(lines))))) == ends(first)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_pairs_are_merged_in_the_order_of_a_plain_search(seed):
+    random = np.random.default_rng(seed)
+    tails = np.column_stack([random.uniform(0, 20, 60), random.integers(0, 4, 60) * 0.2 + random.normal(0, 0.012, 60)])
+    heads = tails + np.column_stack([random.choice([0.4, 1, 3, -2], 60), random.normal(0, 0.01, 60)])
+    lines = lines_between(*zip(tails, heads, strict=True))
+    lines = lines.take(np.lexsort((lines.start, lines.offset, -np.round(lines.end - lines.start, 6))))
+    rows = np.column_stack([lines.angle, lines.offset, lines.start, lines.end]).tolist()
+    groups, limits = [[k] for k in range(len(rows))], {"gap": 4.0, "apart": 0.035, "turn": np.radians(1.5)}
+    while True:
+        pairs = itertools.combinations(range(len(rows)), 2)
+        pair = next((pair for pair in pairs if line_merging.continues(*(rows[k] for k in pair), **limits)), None)
+        if pair is None:
+            break
+        groups[pair[0]] += groups.pop(pair[1])
+        rows.pop(pair[1])
+        rows[pair[0]] = line_merging.common_line(lines, groups[pair[0]])
+    merged = merge_lines(lines)
+    assert 4 < len(merged) < 40
+    assert np.column_stack([merged.angle, merged.offset, merged.start, merged.end]).tolist() == [list(row) for row in rows]
 
 
 def test_no_lines_stay_none():

@@ -5,7 +5,18 @@ import pytest
 
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many, masks_of_many
-from indoor_bim.plan.strips import BELOW_CEILING, FAR, FEW_POINTS, THIN, WHOLE_COLUMN, crests, strip_masks, sweep, wall_evidence
+from indoor_bim.plan.strips import (
+    BELOW_CEILING,
+    FAR,
+    FEW_POINTS,
+    THIN,
+    WHOLE_COLUMN,
+    crests,
+    evidence_along,
+    strip_masks,
+    sweep,
+    wall_evidence,
+)
 
 
 def wall_points(*, sided, count=40_000, seed=0):
@@ -63,3 +74,17 @@ def test_strips_hit_up_to_the_border_give_what_their_twins_give(strips, shape, s
     assert (evidence >= 0.35).any()
     places = np.flatnonzero(crests(masks, strips) & (evidence >= 0.35))
     assert np.array_equal(crests_of_many(masks, strips, evidence, strong), places)
+
+
+@pytest.mark.parametrize(("angle", "offset"), [(0.0, 0.004), (np.pi, -3.0), (0.004 + np.pi, -2.995), (0.01, -9.0)])
+def test_evidence_along_a_line_is_the_largest_near_it(angle, offset):
+    swept = sweep(wall_points(sided=True), 0.0)
+    found = evidence_along(swept, angle, offset, -3.0, 5.0)
+    t = -3.0 + 0.1 * (np.arange(80) + 0.5)
+    direction, normal = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    uv = np.floor((t[:, None] * direction + offset * normal - swept.low) / [0.1, 0.01]).astype(int)
+    image = swept.evidence.whole()[int(np.cos(angle) < 0)]
+    inside = (uv >= [0, 3]).all(axis=1) & (uv < np.array(image.shape) - [0, 3]).all(axis=1)
+    expected = [image[u, v - 3 : v + 4].max() if ok else 0 for (u, v), ok in zip(uv, inside, strict=True)]
+    assert found.tolist() == expected
+    assert (found > 0.5).sum() > 20 or abs(offset) > 5

@@ -101,8 +101,8 @@ def _floor_goes_on(spots: Floats, left: Floats, floor: Raster) -> Bools:
 
 def _middle_points(a: Floats, d: Floats, length: float, points: WallPoints, *, depth: float) -> tuple[Floats, Floats, Floats]:
     """Places along and across a face, and shares of the height, of points around it and in the middle of the height."""
-    rows = np.concatenate([np.arange(0), *(np.arange(*ends) for ends in points.along(a, a + length * d, depth))])
-    (x, y), rise = (points.xy[rows] - a).T, points.rise[rows]
+    ranges = [slice(*ends) for ends in points.along(a, a + length * d, depth)] or [slice(0)]
+    (x, y), rise = (np.concatenate([points.xy[rows] for rows in ranges]) - a).T, np.concatenate([points.rise[rows] for rows in ranges])
     along, across = x * d[0] + y * d[1], y * d[0] - x * d[1]
     on = (np.abs(across) < depth) & (along > 0) & (along < length) & (rise > MIDDLE[0]) & (rise < MIDDLE[1])
     return along[on], across[on], rise[on]

@@ -95,7 +95,10 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
     low = cells.min(axis=0)
     cells -= low
     shape = cells.max(axis=0) + 1
-    keys, group, count = np.unique((cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2], return_inverse=True, return_counts=True)
+    key = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
+    every = np.bincount(key, minlength=int(shape.prod()))
+    keys = np.flatnonzero(every)
+    count, group = every[keys], (np.cumsum(every > 0) - 1)[key]
     mean = np.column_stack([np.bincount(group, weights=p[:, k]) / count for k in range(3)])
     x, y, z = (p - mean[group]).T
     xx, yy, xy, zz = (np.bincount(group, weights=w) / count for w in (x * x, y * y, x * y, z * z))
@@ -408,6 +411,7 @@ def local_density(seen: NDArray[np.floating], known: Bools, *, cell: float, reac
         Distance, metres.
     """
     weight, steps = known.astype(np.float32), round(reach / cell)
+    density: NDArray[np.floating]
     if seen.size > FEW_PIXELS:
         from indoor_bim.plan.window_loops import largest_around, mean_around
 

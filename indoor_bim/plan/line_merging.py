@@ -27,38 +27,55 @@ def merge_lines(lines: FaceLines, *, gap: float = 4.0, apart: float = 0.035, tur
     """
     order = np.lexsort((lines.start, lines.offset, -np.round(lines.end - lines.start, 6)))
     groups = [[int(row)] for row in order]
-    fitted = [(float(lines.angle[g[0]]), float(lines.offset[g[0]]), float(lines.start[g[0]]), float(lines.end[g[0]])) for g in groups]
-    first = 0
+    table = np.column_stack([lines.angle, lines.offset, lines.start, lines.end])[order]
+    limits = {"gap": gap, "apart": apart, "turn": float(np.radians(turn))}
+    first, changed = 0, False
     while first < len(groups):
-        for second in first + 1 + _may_continue(fitted[first], fitted[first + 1 :], gap=gap, apart=apart, turn=np.radians(turn)):
-            if _continues(fitted[first], fitted[second], gap=gap, apart=apart, turn=np.radians(turn)):
-                groups[first] += groups.pop(second)
-                fitted.pop(second)
-                fitted[first] = _common_line(lines, groups[first])
-                first = -1
-                break
-        first += 1
-    table = np.array(fitted).reshape(-1, 4)
+        pair = _first_pair(table, first, changed=changed, **limits)
+        changed = pair is not None
+        if pair is None:
+            first += 1
+            continue
+        first, second = pair
+        groups[first] += groups.pop(second)
+        table = np.delete(table, second, axis=0)
+        table[first] = common_line(lines, groups[first])
     spread = np.array([np.average(lines.spread[g], weights=(lines.end - lines.start)[g]) for g in groups])
     family = np.array([lines.family[g[0]] for g in groups], dtype=np.int64)
     return FaceLines(table[:, 0], table[:, 1], table[:, 2], table[:, 3], spread, family)
 
 
-def _may_continue(line: Line, others: list[Line], *, gap: float, apart: float, turn: float, slack: float = 1e-9) -> NDArray[np.int64]:
-    """Rows of the lines for which `_continues` may hold: the same tests, all at once and with a little slack."""
-    second = np.array(others).reshape(-1, 4)
-    longer = second[:, 3] - second[:, 2] > line[3] - line[2]
-    a, b = np.where(longer, second.T, np.array(line)[:, None]), np.where(longer, np.array(line)[:, None], second.T)
+def _first_pair(table: Floats, row: int, *, changed: bool, gap: float, apart: float, turn: float) -> tuple[int, int] | None:
+    """Rows of the first two lines of which one continues the other: an earlier line and this one, if it has changed; this and a later."""
+    limits = {"gap": gap, "apart": apart, "turn": turn}
+    pairs = [(int(k), row) for k in np.flatnonzero(_may_continue(table[:row], table[row], **limits))] if changed else []
+    pairs += [(row, row + 1 + int(k)) for k in np.flatnonzero(_may_continue(table[row], table[row + 1 :], **limits))]
+    for first, second in pairs:
+        if continues(_line(table[first]), _line(table[second]), **limits):
+            return first, second
+    return None
+
+
+def _line(row: Floats) -> Line:
+    angle, offset, start, end = row.tolist()
+    return angle, offset, start, end
+
+
+def _may_continue(first: Floats, second: Floats, *, gap: float, apart: float, turn: float, slack: float = 1e-9) -> NDArray[np.bool_]:
+    """Whether `continues` may hold for one line (4,) and others (n, 4): the same tests, all at once and with a little slack."""
+    first, second = np.broadcast_arrays(first.T.reshape(4, -1), second.T.reshape(4, -1))
+    longer = second[3] - second[2] > first[3] - first[2]
+    a, b = np.where(longer, second, first), np.where(longer, first, second)
     difference = np.abs(np.mod(b[0] - a[0] + np.pi, 2 * np.pi) - np.pi)
-    straight = difference <= np.maximum(turn, np.minimum(apart / (b[3] - b[2]), np.radians(8.0))) + slack
+    near: NDArray[np.bool_] = difference <= np.maximum(turn, np.minimum(apart / (b[3] - b[2]), np.radians(8.0))) + slack
     cos, sin = np.cos(b[0] - a[0]), np.sin(b[0] - a[0])
-    near = np.maximum(b[2] * cos - b[1] * sin, a[2]) - np.minimum(b[3] * cos - b[1] * sin, a[3]) <= gap + slack
+    near &= np.maximum(b[2] * cos - b[1] * sin, a[2]) - np.minimum(b[3] * cos - b[1] * sin, a[3]) <= gap + slack
     near &= np.abs(b[2] * sin + b[1] * cos - a[1]) <= apart + slack
     near &= np.abs(b[3] * sin + b[1] * cos - a[1]) <= apart + slack
-    return np.flatnonzero(straight & near)
+    return near
 
 
-def _continues(first: Line, second: Line, *, gap: float, apart: float, turn: float) -> bool:
+def continues(first: Line, second: Line, *, gap: float, apart: float, turn: float) -> bool:
     """Whether the shorter line continues the longer one."""
     if second[3] - second[2] > first[3] - first[2]:
         first, second = second, first
@@ -79,7 +96,7 @@ def _ends_on(line: Line, angle: float) -> tuple[tuple[float, float], tuple[float
     return (start * cos - offset * sin, start * sin + offset * cos), (end * cos - offset * sin, end * sin + offset * cos)
 
 
-def _common_line(lines: FaceLines, group: list[int]) -> tuple[float, float, float, float]:
+def common_line(lines: FaceLines, group: list[int]) -> tuple[float, float, float, float]:
     """Length-weighted line through the pieces of a group."""
     base = float(lines.angle[group[0]])
     a = weight = 0.0

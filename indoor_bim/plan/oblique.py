@@ -33,8 +33,11 @@ def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upp
     if not len(cell):
         return points.take(high)
     cell -= cell.min(axis=0)
-    _, first, group = np.unique(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1], return_index=True, return_inverse=True)
-    spots = xy[first]
+    key = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
+    first = np.full(int(key.max()) + 1, -1)
+    first[key[::-1]] = np.arange(len(key))[::-1]
+    group = (np.cumsum(first >= 0) - 1)[key]
+    spots = xy[first[first >= 0]]
     free = np.ones(len(spots), dtype=bool)
     for direction, normal, offset, start, end in zip(lines.direction, lines.normal, lines.offset, lines.start, lines.end, strict=True):
         along = spots @ direction

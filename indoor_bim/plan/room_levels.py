@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.raster import Raster
+from indoor_bim.threads import in_threads, threads_for
 
 if TYPE_CHECKING:
     import shapely
@@ -70,18 +71,18 @@ def room_levels(
     """
     import shapely
 
-    levels = []
-    column = np.floor(points[:, 0] / COLUMN).astype(np.int64)
-    first_column = int(column.min()) if len(column) else 0
-    order = np.argsort((column - first_column).astype(np.uint16), kind="stable")
-    points, column = points.take(order, axis=0), column.take(order)
-    for room in rooms:
+    column = np.floor(points[:, 0] / COLUMN)
+    if (np.diff(column) < 0).any():
+        order = np.argsort(column, kind="stable")
+        points, column = points.take(order, axis=0), column.take(order)
+
+    def levels(room: shapely.Polygon) -> tuple[float, float]:
         core = room.buffer(-0.15)
         core = room if core.is_empty else core
         x0, y0, x1, y1 = core.bounds
         near = points[slice(*np.searchsorted(column, [np.floor(x0 / COLUMN), np.floor(x1 / COLUMN) + 1]))]
-        near = near[(near[:, 0] >= x0) & (near[:, 0] <= x1) & (near[:, 1] >= y0) & (near[:, 1] <= y1)]
-        near = near[shapely.contains_xy(core, near[:, 0], near[:, 1])]
+        near = near.take(np.flatnonzero((near[:, 0] >= x0) & (near[:, 0] <= x1) & (near[:, 1] >= y0) & (near[:, 1] <= y1)), axis=0)
+        near = near.take(np.flatnonzero(shapely.contains_xy(core, near[:, 0], near[:, 1])), axis=0)
         below = near[(near[:, 2] > max(floor - STEP, low + 0.10)) & (near[:, 2] < floor + STEP)]
         foot = _lowest_level(below, core.area)
         foot = floor if foot is None or abs(foot - floor) < SAME_LEVEL else foot
@@ -89,9 +90,9 @@ def room_levels(
         head = _lowest_level(above, core.area, cover=0.5 if roof is not None else 0.2)
         if head is None and roof is not None:
             head = _highest(roof, core)
-        head = ceiling if head is None or abs(head - ceiling) < SAME_LEVEL else head
-        levels.append((foot, head))
-    return tuple(levels)
+        return foot, ceiling if head is None or abs(head - ceiling) < SAME_LEVEL else head
+
+    return tuple(in_threads(levels, rooms, threads=min(threads_for(len(points)), 2)))
 
 
 def _lowest_level(points: Floats, area: float, *, cover: float = 0.2, share: float = 0.5) -> float | None:

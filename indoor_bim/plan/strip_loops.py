@@ -17,6 +17,7 @@ _masks, _volume = types.Array(types.uint32, 2, "C"), types.Array(types.uint32, 3
 _image, _bools = types.Array(types.float32, 2, "C"), types.Array(types.bool_, 1, "C")
 _table, _weights = types.Array(types.float32, 2, "C"), types.Array(types.float64, 1, "C")
 _blocks, _hit, _places = types.Array(types.int64, 2, "C"), types.Array(types.bool_, 2, "C"), types.Array(types.int64, 1, "C")
+_given, _shown = types.Array(types.int64, 1, "C", readonly=True), types.Array(types.float32, 1, "C", readonly=True)
 
 
 @compiled(_points, types.float64, types.float64)
@@ -225,3 +226,17 @@ def crest_places(masks, blocks, band, weight, kernel, size, apart, evidence, lea
                 places[count] = i * columns + j
                 count += 1
     return count
+
+
+@compiled(*(_given, _shown, types.int64, types.int64, types.int64, _values, _values, _weights))
+def largest_near(places, values, side, rows, columns, u, v, out):  # type: ignore[no-untyped-def]
+    """Largest value of a sparse image within three strips across of spots, 0 at its border and outside."""
+    for n in range(len(u)):
+        row, column = int(np.floor(u[n])), int(np.floor(v[n]))
+        if row < 0 or row >= rows or column < 3 or column >= columns - 3:
+            continue
+        last = (side * rows + row) * columns + column + 3
+        k = np.searchsorted(places, last - 6)
+        while k < len(places) and places[k] <= last:
+            out[n] = max(out[n], values[k])
+            k += 1

@@ -230,14 +230,14 @@ def evidence_along(swept: Sweep, angle: float, offset: float, start: float, end:
     step : float
         Distance between values, metres.
     """
+    from indoor_bim.plan.strip_loops import largest_near
+
+    along, across = np.array([np.cos(swept.angle), np.sin(swept.angle)]), np.array([-np.sin(swept.angle), np.cos(swept.angle)])
     count = max(round((end - start) / step), 1)
     t = start + (np.arange(count) + 0.5) * (end - start) / count
     xy = t[:, None] * np.array([np.cos(angle), np.sin(angle)]) + offset * np.array([-np.sin(angle), np.cos(angle)])
-    along = np.array([np.cos(swept.angle), np.sin(swept.angle)])
+    u, v = (xy @ along - swept.low[0]) / swept.strips.along, (xy @ across - swept.low[1]) / swept.strips.across
     side = 0 if np.cos(angle - swept.angle) > 0 else 1
-    iu = np.floor((xy @ along - swept.low[0]) / swept.strips.along).astype(np.int64)
-    iv = np.floor((xy @ np.array([-along[1], along[0]]) - swept.low[1]) / swept.strips.across).astype(np.int64)
-    inside = (iu >= 0) & (iu < swept.evidence.shape[1]) & (iv >= 3) & (iv < swept.evidence.shape[2] - 3)
-    near = np.clip(iv, 3, swept.evidence.shape[2] - 4)[:, None] + np.arange(-3, 4)
-    value = swept.evidence.at(side, np.clip(iu, 0, swept.evidence.shape[1] - 1)[:, None], near).max(axis=1)
-    return np.where(inside, value, 0.0).astype(np.float64)
+    out = np.zeros(count)
+    largest_near(swept.evidence.places, swept.evidence.values, side, *swept.evidence.shape[1:], u, v, out)
+    return out

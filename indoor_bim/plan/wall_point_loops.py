@@ -33,7 +33,7 @@ def find_candidates(  # type: ignore[no-untyped-def]
         spot_x, spot_y = x, y
         if len(sensor):
             towards_x, towards_y = sensor[i, 0] - x, sensor[i, 1] - y
-            far = max(np.hypot(towards_x, towards_y), 1e-9)
+            far = max(np.sqrt(towards_x * towards_x + towards_y * towards_y), 1e-9)
             spot_x, spot_y = x + step * towards_x / far, y + step * towards_y / far
         column = min(max(int(np.floor((spot_x - x0) / cell)), 0), last_column)
         row = min(max(int(np.floor((spot_y - y0) / cell)), 0), last_row)
