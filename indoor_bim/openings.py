@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.model import Evidence, Opening, Storey, Wall
 from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_holes
+from indoor_bim.plan.opening_edges import WINDOW
 from indoor_bim.plan.opening_evidence import LOWEST_SILL
 from indoor_bim.plan.openings import FoundOpening, leaf_count, name_opening
 from indoor_bim.plan.shallow_doors import LARGEST_STEP, find_shallow_doors
@@ -97,7 +98,9 @@ def _openings(view: WallView, **bounds: float) -> list[FoundOpening]:
     if view.blind:
         return _named(view, holes, blind=True, **bounds)
     by_rays = _named(view, find_holes(*cell_states(view.picture), cell=view.picture.cell), blind=False, **bounds)
-    by_edges = _named(view, [hole for hole in holes if hole.bottom > LOWEST_SILL], blind=True, **bounds)
+    sure = [o for o in by_rays if not _may_be_part(o)]
+    doubtful = [hole for hole in holes if hole.bottom > LOWEST_SILL and not any(_overlap(o, _core(hole)) for o in sure)]
+    by_edges = _named(view, doubtful, blind=True, **bounds)
     return _with_dark_windows(by_rays, [o for o in by_edges if o.kind == "window" and o.bottom > LOWEST_SILL])
 
 
@@ -146,16 +149,26 @@ def _with_dark_windows(by_rays: list[FoundOpening], by_edges: list[FoundOpening]
     out = list(by_rays)
     for window in by_edges:
         parts = [o for o in out if _overlap(o, window)]
-        if all(o.kind == "window" and o.edges_seen < 1 and _area(o) * DARK_WINDOW < _area(window) for o in parts):
+        if all(_may_be_part(o) and _area(o) * DARK_WINDOW < _area(window) for o in parts):
             out = [o for o in out if o not in parts] + [window]
     return out
+
+
+def _may_be_part(o: FoundOpening) -> bool:
+    """True for windows that may be a part of a larger one."""
+    return o.kind == "window" and o.edges_seen < 1
+
+
+def _core(hole: Hole) -> Hole:
+    """What is left of a hole, wherever its edges are placed."""
+    return Hole(hole.start + WINDOW, hole.end - WINDOW, hole.bottom + WINDOW, hole.top - WINDOW)
 
 
 def _area(o: FoundOpening) -> float:
     return (o.end - o.start) * (o.top - o.bottom)
 
 
-def _overlap(a: FoundOpening, b: FoundOpening) -> bool:
+def _overlap(a: FoundOpening, b: FoundOpening | Hole) -> bool:
     return min(a.end, b.end) > max(a.start, b.start) and min(a.top, b.top) > max(a.bottom, b.bottom)
 
 

@@ -48,10 +48,10 @@ def test_counts_and_rows_by_side(rng):
     rows = np.zeros((2, 3000), dtype=np.int64)
     found = opening_loops.rows_within(along, up, 1.0, 2.0, 0.5, 2.0, rows[0])
     np.testing.assert_array_equal(rows[0, :found], np.flatnonzero(inside))
-    counts = opening_loops.rows_at_edge(along, up, side, 1.0, 2.0, 1.5, 0.25, *rows)
+    lefts, rights = opening_loops.rows_at_edge(along, up, side, 1.0, 2.0, 1.5, 0.25, rows[0])
     near = (along > 1) & (along < 2) & (np.abs(up - 1.5) < 0.25)
-    for mine, count, sign in zip(rows, counts, (1, -1), strict=True):
-        np.testing.assert_array_equal(mine[:count], np.flatnonzero(near & (side == sign)))
+    np.testing.assert_array_equal(rows[0, :lefts], np.flatnonzero(near & (side == 1)))
+    np.testing.assert_array_equal(rows[0, 3000 - rights :][::-1], np.flatnonzero(near & (side == -1)))
 
 
 def best_gap_by_numpy(inside, outside):

@@ -111,9 +111,9 @@ def _rows_at_edge(across: Floats, along: Floats, side: Floats, place: float, ban
     """Rows of what lies close to an edge, from the left and from the right."""
     from indoor_bim.plan.opening_loops import rows_at_edge
 
-    left, right = np.zeros(len(across), dtype=np.int64), np.zeros(len(across), dtype=np.int64)
-    lefts, rights = rows_at_edge(across, along, side, *band, place, WINDOW, left, right)
-    return left[:lefts], right[:rights]
+    rows = np.zeros(len(across), dtype=np.int64)
+    lefts, rights = rows_at_edge(across, along, side, *band, place, WINDOW, rows)
+    return rows[:lefts], rows[len(rows) - rights :][::-1]
 
 
 def _share_open(face: Floats, face_across: Floats, hole: Floats, hole_across: Floats, band: tuple[float, float]) -> float:

@@ -66,19 +66,22 @@ def count_within(along, up, side, start, end, low, high):  # type: ignore[no-unt
     return left, right
 
 
-@compiled(*[_fixed] * 3, *[_f64] * 4, _ints, _ints)
-def rows_at_edge(across, along, side, low, high, place, window, left, right):  # type: ignore[no-untyped-def]
-    """Write the rows of what lies within a window of an edge and within its length, by side; return how many there are."""
-    lefts = rights = 0
+@compiled(*[_fixed] * 3, *[_f64] * 4, _ints)
+def rows_at_edge(across, along, side, low, high, place, window, rows):  # type: ignore[no-untyped-def]
+    """Write the rows of what lies within a window of an edge and within its length, those from the left first; return how many of each.
+
+    The rows of those from the right end at the end of `rows`.
+    """
+    lefts, rights = 0, len(rows)
     for i in range(len(across)):
         if (across[i] > low) & (across[i] < high) & (abs(along[i] - place) < window):
             if side[i] > 0:
-                left[lefts] = i
+                rows[lefts] = i
                 lefts += 1
             else:
-                right[rights] = i
-                rights += 1
-    return lefts, rights
+                rights -= 1
+                rows[rights] = i
+    return lefts, len(rows) - rights
 
 
 @compiled(_fixed, _fixed)
