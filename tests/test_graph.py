@@ -192,3 +192,15 @@ def test_an_end_is_prolonged_far_only_when_asked_and_no_more_than_the_wall_is_lo
     walls, meetings = join_walls(wall_table(*rows), far_snap=1.5)
     assert [meeting.point for meeting in meetings] == [pytest.approx((0, 0), abs=1e-9)]
     assert walls.length.min() == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_observed_share_is_that_of_the_pixels_one_by_one(seed):
+    rng = np.random.default_rng(seed)
+    seen = Raster(rng.random((40, 50)) < 0.6, rng.uniform(-1, 1, 2), 0.1)
+    hole = shapely.Point(2.0, 2.0).buffer(0.7)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, 9))
+    polygon = shapely.Polygon(np.column_stack([np.cos(angles), np.sin(angles)]) * 3.5 + 2).difference(hole)
+    centres = seen.centre(np.argwhere(np.ones((140, 140))) - 50)
+    centres = centres[shapely.contains_xy(polygon, *centres.T)]
+    assert observed_share(polygon, seen) == pytest.approx((seen.sample(centres) != 0).mean(), abs=1e-12)

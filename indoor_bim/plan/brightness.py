@@ -80,24 +80,26 @@ def _robust_fit(logarithms: Floats, values: Floats) -> Floats | None:
     if not len(values):
         return None
     index = np.floor((logarithms - logarithms.min(axis=0)) / CELL).astype(np.int64)
-    cell = index[:, 0] * (int(index[:, 1].max()) + 1) + index[:, 1]
-    _, first, cell = np.unique(cell, return_index=True, return_inverse=True)
+    place = index[:, 0] * (int(index[:, 1].max()) + 1) + index[:, 1]
+    hit = np.bincount(place) > 0
+    cell = (np.cumsum(hit) - 1).take(place)
     total = np.bincount(cell)
     terms = _polynomial(np.column_stack([np.bincount(cell, weights=column) / total for column in logarithms.T]))
     keep = np.ones(len(values), dtype=bool)
     factors: Floats | None = None
     for _ in range(ROUNDS):
-        count = np.bincount(cell[keep], minlength=len(first))
+        count = np.bincount(cell, weights=keep)
         full = np.flatnonzero(count >= FEW)
         if len(full) < terms.shape[1]:
             return factors
         weight = np.sqrt(count[full])
-        mean = np.bincount(cell[keep], weights=values[keep], minlength=len(first))[full] / count[full]
+        mean = np.bincount(cell, weights=np.where(keep, values, 0.0))[full] / count[full]
         solved = np.linalg.lstsq(terms[full] * weight[:, None], mean * weight, rcond=SMALLEST_SINGULAR)[0]
         factors = np.asarray(solved, dtype=np.float64)
-        deviation = values - (terms @ factors)[cell]
-        middle = float(np.median(deviation[keep]))
-        spread = 1.4826 * float(np.median(np.abs(deviation[keep] - middle)))
+        deviation = values - (terms @ factors).take(cell)
+        kept = deviation[keep]
+        middle = float(np.median(kept))
+        spread = 1.4826 * float(np.median(np.abs(kept - middle)))
         keep = np.abs(deviation - middle) <= OUTLIER * spread
         factors[0] += middle
     return factors

@@ -120,11 +120,16 @@ def observed_share(polygon: shapely.Polygon, seen: Raster) -> float:
     seen : Raster
         Image that is not zero where floor or ceiling was seen.
     """
-    import shapely
+    from indoor_bim.plan.polygon_fill import fill
 
     low = seen.pixel(np.array([polygon.bounds[:2]]))[0]
     high = seen.pixel(np.array([polygon.bounds[2:]]))[0]
-    rows, columns = np.meshgrid(np.arange(low[0], high[0] + 1), np.arange(low[1], high[1] + 1), indexing="ij")
-    centres = seen.centre(np.column_stack([rows.ravel(), columns.ravel()]))
-    centres = centres[shapely.contains_xy(polygon, centres[:, 0], centres[:, 1])]
-    return float((seen.sample(centres) != 0).mean()) if len(centres) else 0.0
+    inside = np.zeros(high - low + 1, dtype=np.int64)
+    for value, ring in ((1, polygon.exterior), *((0, hole) for hole in polygon.interiors)):
+        corners = (np.array(ring.coords)[:, :2] - seen.origin) / seen.cell - 0.5 - low[::-1]
+        fill(np.ascontiguousarray(corners), value, inside)
+    rows, columns = (slice(max(low[k], 0), max(high[k] + 1, 0)) for k in (0, 1))
+    image = seen.image[rows, columns]
+    first = np.maximum(-low, 0)
+    under = inside[first[0] :, first[1] :][: image.shape[0], : image.shape[1]]
+    return float(np.count_nonzero(under[image != 0]) / max(np.count_nonzero(inside), 1))

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.holes import Hole, find_holes
+from indoor_bim.plan.holes import Hole, around, find_holes
 from indoor_bim.plan.relief import STEEP, Relief
 from indoor_bim.plan.wall_rays import WallBox, WallRays
 
@@ -128,7 +128,11 @@ def _places(rays: WallRays, rows: NDArray[np.int64]) -> tuple[Floats, Floats]:
 def _box_sums(values: NDArray, window: tuple[float, float], *, cell: float) -> NDArray:
     """Sums over the cells within half a window, up and along, of each cell."""
     low, wide = (max(round(side / cell / 2), 1) for side in window)
-    total = np.cumsum(np.cumsum(np.pad(values, ((low + 1, low), (wide + 1, wide))), axis=0), axis=1)
+    if low == wide == 1:
+        return around(values)
+    padded = np.zeros((values.shape[0] + 2 * low + 1, values.shape[1] + 2 * wide + 1), dtype=values.dtype)
+    padded[low + 1 : -low, wide + 1 : -wide] = values
+    total = np.cumsum(np.cumsum(padded, axis=0), axis=1)
     high, broad = 2 * low + 1, 2 * wide + 1
     sums: NDArray = total[high:, broad:] - total[:-high, broad:] - total[high:, :-broad] + total[:-high, :-broad]
     return sums
