@@ -85,8 +85,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     if overhead is None and not ((sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)).any():
         raise NothingToReconstructError(_no_walls(len(levelled.points)))
     low, high = extent(overhead, sample, floor=floor, top=top)
-    x, y, z = points.T
-    near = np.flatnonzero((x > low[0]) & (x < high[0]) & (y > low[1]) & (y < high[1]) & (z > floor - 0.1) & (z < top))
+    near = ev.rows_within(points, np.array([*low, floor - 0.1]), np.array([*high, top]))
     if len(near) < len(points):
         points, sensor = rows_of(points, near), None if sensor is None else rows_of(sensor, near)
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.face_loops import middle_points
 from indoor_bim.plan.face_support import FEW_POINTS, measure, measure_by_sorting
 from indoor_bim.plan.segments import Segments
 
@@ -30,3 +31,17 @@ def test_many_points_give_what_their_twin_gives(sided):
     shuffled = rng.permutation(count)
     again = measure(faces, WallPoints(xy[shuffled], points.rise[shuffled], points.depth, points.sensor[shuffled] if sided else None))
     assert np.array_equal(again.rmse, found.rmse, equal_nan=True)
+
+
+def test_points_around_a_face_and_in_the_middle_of_the_height():
+    rng = np.random.default_rng(7)
+    xy, rise = rng.uniform(-3, 3, (5000, 2)), rng.random(5000)
+    p, d = np.array([-1.0, 0.5]), np.array([0.8, 0.6])
+    out = np.zeros((5000, 3))
+    ranges = np.array([[100, 2000], [2500, 4900]])
+    count = middle_points(xy, rise, ranges, p, d, 2.5, 0.25, 0.1, 0.8, out)
+    rows = np.r_[100:2000, 2500:4900]
+    along, across = (xy[rows] - p) @ d, (xy[rows] - p) @ [-d[1], d[0]]
+    on = (np.abs(across) < 0.25) & (along > 0) & (along < 2.5) & (rise[rows] > 0.1) & (rise[rows] < 0.8)
+    assert count == on.sum() > 50
+    np.testing.assert_allclose(out[:count], np.column_stack([along, across, rise[rows]])[on], rtol=0, atol=1e-12)

@@ -87,3 +87,11 @@ def test_density_of_large_images_is_that_of_small_ones(shape, monkeypatch):
     monkeypatch.setattr(ev, "FEW_PIXELS", seen.size)
     assert np.array_equal(large, ev.local_density(seen, known, cell=0.025))
     assert large.max() > 0
+
+
+def test_rows_within_a_box(points):
+    low, high = np.array([0.0, 1.0, -0.05]), np.array([8.0, 9.0, 0.06])
+    rows = ev.rows_within(points, low, high)
+    assert np.array_equal(rows, np.flatnonzero(((points > low) & (points < high)).all(axis=1)))
+    few = points[: ev.FEW_POINTS]
+    assert np.array_equal(ev.rows_within(few, low, high), rows[rows < len(few)])

@@ -101,11 +101,14 @@ def _floor_goes_on(spots: Floats, left: Floats, floor: Raster) -> Bools:
 
 def _middle_points(a: Floats, d: Floats, length: float, points: WallPoints, *, depth: float) -> tuple[Floats, Floats, Floats]:
     """Places along and across a face, and shares of the height, of points around it and in the middle of the height."""
-    ranges = [slice(*ends) for ends in points.along(a, a + length * d, depth)] or [slice(0)]
-    (x, y), rise = (np.concatenate([points.xy[rows] for rows in ranges]) - a).T, np.concatenate([points.rise[rows] for rows in ranges])
-    along, across = x * d[0] + y * d[1], y * d[0] - x * d[1]
-    on = (np.abs(across) < depth) & (along > 0) & (along < length) & (rise > MIDDLE[0]) & (rise < MIDDLE[1])
-    return along[on], across[on], rise[on]
+    from indoor_bim.plan.face_loops import middle_points
+
+    ranges = points.along(a, a + length * d, depth)
+    table = np.zeros((int((ranges[:, 1] - ranges[:, 0]).sum()), 3))
+    xy, rise = np.ascontiguousarray(points.xy), np.ascontiguousarray(points.rise)
+    count = middle_points(xy, rise, ranges, a.copy(), d.copy(), length, depth, *MIDDLE, table)
+    along, across, rise = table[:count].T
+    return along, across, rise
 
 
 def _hit_columns(along: Floats, rise: Floats, on: Bools, count: int, step: float, *, layers: int = 7) -> Bools:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.grouping import group_keys
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.tiles import TILE, Tiles, tiles_of
 from indoor_bim.threads import even_slices, in_threads, threads_for
@@ -96,9 +97,7 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
     cells -= low
     shape = cells.max(axis=0) + 1
     key = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
-    every = np.bincount(key, minlength=int(shape.prod()))
-    keys = np.flatnonzero(every)
-    count, group = every[keys], (np.cumsum(every > 0) - 1)[key]
+    first, group, count = group_keys(key)
     mean = np.column_stack([np.bincount(group, weights=p[:, k]) / count for k in range(3)])
     x, y, z = (p - mean[group]).T
     xx, yy, xy, zz = (np.bincount(group, weights=w) / count for w in (x * x, y * y, x * y, z * z))
@@ -111,7 +110,7 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
         level |= (count >= 6) & (values[:, 0] < 0.15 * values[:, 1]) & (np.abs(vectors[:, 2, 0]) > 0.5)
     if not level.any():
         return None
-    i, j, k = np.unravel_index(keys[level], shape)
+    i, j, k = np.unravel_index(key[first[level]], shape)
     occupied = np.zeros(shape, dtype=bool)
     occupied[i, j, k] = True
     labels, number = ndimage.label(occupied, np.ones((3, 3, 3)))
@@ -250,6 +249,17 @@ def _relief(overhead: Raster) -> Raster:
     rows, columns = np.gradient(overhead.image)
     rise = np.hypot(rows, columns)
     return Raster(np.where(rise < 2 * overhead.cell, 0.75 * rise, 0.0), overhead.origin, overhead.cell)
+
+
+def rows_within(points: Floats, low: Floats, high: Floats) -> NDArray[np.int64]:
+    """Rows of the points (n, 3) within a box with the given corners (3,), metres."""
+    if len(points) > FEW_POINTS:
+        from indoor_bim.plan.raster_loops import in_box
+
+        points, inside = np.ascontiguousarray(points), np.zeros(len(points), dtype=bool)
+        _in_parts(lambda part: in_box(points[part], low, high, inside[part]), len(points))
+        return np.flatnonzero(inside)
+    return np.flatnonzero(((points > low) & (points < high)).all(axis=1))
 
 
 def hit_raster(xy: Floats, *, low: Floats, high: Floats, cell: float) -> Raster:

@@ -180,48 +180,16 @@ def face_lines(swept: Sweep, *, family: int, steepest: float = 12.0) -> FaceLine
     return FaceLines(table[:, 0], table[:, 1], table[:, 2], table[:, 3], table[:, 4], np.full(len(table), family, dtype=np.int64))
 
 
-def _fit(swept: Sweep, side: int, u: Ints, v: Ints, *, window: int = 6) -> tuple[float, float, float, float] | None:
+def _fit(swept: Sweep, side: int, u: Ints, v: Ints) -> tuple[float, float, float, float] | None:
     """Robust line v = level + slope (u - middle) through the strips around a crest, in metres."""
+    from indoor_bim.plan.crest_loops import fit_crest
+
     columns, first = np.unique(u, return_index=True)
     path = np.interp(np.arange(columns[0], columns[-1] + 1), columns, v[first])
-    span = np.arange(columns[0], columns[-1] + 1)
-    offsets = np.arange(-window, window + 1)
-    strips = np.clip(np.rint(path)[:, None].astype(np.int64) + offsets, 0, swept.masks.shape[2] - 1)
-    bits = swept.masks[side, span[:, None], strips]
-    whole = np.bitwise_count(bits).astype(np.float64)
-    weight = np.bitwise_count(bits & layer_bits(swept.strips.band)).astype(np.float64)
-    x = np.broadcast_to((span + 0.5)[:, None] * swept.strips.along, weight.shape)
-    y = (strips + 0.5) * swept.strips.across
-    if weight.sum() < 5:
-        return None
-    slope, level, width = 0.0, 0.0, 0.06
-    middle = float((weight * x).sum() / weight.sum())
-    start = (
-        np.polyfit(span * swept.strips.along + 0.5 * swept.strips.along - middle, (path + 0.5) * swept.strips.across, 1)
-        if len(span) > 6
-        else np.array([0.0, float(np.median(path) + 0.5) * swept.strips.across])
-    )
-    slope, level = float(start[0]), float(start[1])
-    spread = 0.02
-    for step in range(8):
-        if step == 4:
-            weight, width = whole, float(np.clip(3 * spread, 0.02, 0.05))
-        residual = y - level - slope * (x - middle)
-        w = weight * np.maximum(1 - (residual / width) ** 2, 0) ** 2
-        total = w.sum()
-        if total < 1e-9:
-            return None
-        mx, my = (w * x).sum() / total, (w * y).sum() / total
-        sxx, sxy = (w * (x - mx) ** 2).sum(), (w * (x - mx) * (y - my)).sum()
-        slope = float(sxy / max(sxx, 1e-9)) if len(span) > 6 else 0.0
-        level = float(my + slope * (middle - mx))
-        inner = np.abs(residual) < width
-        spread = float(np.sqrt((w * residual**2).sum() / total))
-        if step < 4:
-            width = float(
-                np.clip(4 * 1.4826 * np.sqrt((weight * inner * residual**2).sum() / max((weight * inner).sum(), 1e-9)) / 1.2, 0.015, 0.06)
-            )
-    return slope, middle + swept.low[0], level + swept.low[1], spread
+    strips = swept.strips
+    found, *line = fit_crest(swept.masks[side], int(columns[0]), path, layer_bits(strips.band), strips.along, strips.across)
+    slope, middle, level, spread = line
+    return (slope, middle + swept.low[0], level + swept.low[1], spread) if found else None
 
 
 def _row(swept: Sweep, side: int, slope: float, middle: float, level: float, spread: float, first: int, last: int) -> tuple[float, ...]:

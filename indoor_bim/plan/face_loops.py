@@ -1,4 +1,4 @@
-"""Points on faces, counted: the compiled inner loop of `face_support.measure`."""
+"""Points on and around faces: the compiled inner loops of `face_support.measure` and `beams.without_beams`."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ MICROMETRE = 1e-6
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
 _ranges = types.Array(types.int64, 2, "C", readonly=True)
+_table = types.Array(types.float64, 2, "C")
 _bool, _counts = types.Array(types.bool_, 2, "C"), types.Array(types.int64, 2, "C")
 
 
@@ -43,3 +44,19 @@ def points_on_face(xy, rise, sensor, ranges, p, d, n, length, reach, column, upp
             stretch = min(int(along / length * stretches), stretches - 1)
             across_counts[stretch, min(int((across + reach) / (2 * reach) * bins), bins - 1)] += 1
     return count, squares
+
+
+@compiled(_points, _values, _ranges, _values, _values, types.float64, types.float64, types.float64, types.float64, _table)
+def middle_points(xy, rise, ranges, p, d, length, depth, low, high, out):  # type: ignore[no-untyped-def]
+    """Places along and across a face, and shares of the height, of points around it and between two such shares; returns their number."""
+    count = 0
+    for k in range(len(ranges)):
+        for i in range(ranges[k, 0], ranges[k, 1]):
+            if not (rise[i] > low and rise[i] < high):
+                continue
+            x, y = xy[i, 0] - p[0], xy[i, 1] - p[1]
+            along, across = x * d[0] + y * d[1], y * d[0] - x * d[1]
+            if abs(across) < depth and along > 0 and along < length:
+                out[count, 0], out[count, 1], out[count, 2] = along, across, rise[i]
+                count += 1
+    return count

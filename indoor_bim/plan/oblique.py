@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines
+from indoor_bim.plan.grouping import group_keys
 from indoor_bim.plan.strips import height_layers
 
 Floats = NDArray[np.float64]
@@ -26,24 +27,18 @@ def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upp
     upper : float
         Share of the height above which points count.
     """
-    high = points.rise > upper
-    xy = points.xy[high]
-    sensor = None if points.sensor is None else points.sensor[high]
-    cell = np.floor(xy / 0.05).astype(np.int64)
-    if not len(cell):
-        return points.take(high)
+    high = points.take(np.flatnonzero(points.rise > upper))
+    if not len(high):
+        return high
+    cell = np.floor(high.xy / 0.05).astype(np.int64)
     cell -= cell.min(axis=0)
-    key = cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1]
-    first = np.full(int(key.max()) + 1, -1)
-    first[key[::-1]] = np.arange(len(key))[::-1]
-    group = (np.cumsum(first >= 0) - 1)[key]
-    spots = xy[first[first >= 0]]
+    first, group, _ = group_keys(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1])
+    spots = high.xy[first]
     free = np.ones(len(spots), dtype=bool)
     for direction, normal, offset, start, end in zip(lines.direction, lines.normal, lines.offset, lines.start, lines.end, strict=True):
         along = spots @ direction
         free &= (np.abs(spots @ normal - offset) > near) | (along < start - 0.1) | (along > end + 0.1)
-    keep = free[group]
-    return WallPoints(xy[keep], points.rise[high][keep], points.depth[high][keep], None if sensor is None else sensor[keep])
+    return high.take(free[group])
 
 
 def other_directions(points: WallPoints, *, cell: float = 0.40, least: float = 0.4, most: int = 6) -> list[float]:

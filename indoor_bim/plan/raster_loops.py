@@ -9,6 +9,7 @@ from indoor_bim.compiled import compiled
 
 _points = types.Array(types.float64, 2, "A", readonly=True)
 _values = types.Array(types.float64, 1, "A", readonly=True)
+_given, _bools = types.Array(types.float64, 1, "C", readonly=True), types.Array(types.bool_, 1, "C")
 _solid = types.Array(types.float64, 2, "C", readonly=True)
 _image, _place = types.Array(types.float64, 2, "C", readonly=True), (types.float64, types.float64, types.float64)
 _out, _spots = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
@@ -82,3 +83,11 @@ def step_towards(xy, sensor, step, out):  # type: ignore[no-untyped-def]
         x, y = sensor[n, 0] - xy[n, 0], sensor[n, 1] - xy[n, 1]
         far = max(np.hypot(x, y), 1e-9)
         out[n, 0], out[n, 1] = xy[n, 0] + step * x / far, xy[n, 1] + step * y / far
+
+
+@compiled(_solid, _given, _given, _bools)
+def in_box(points, low, high, inside):  # type: ignore[no-untyped-def]
+    """Whether points lie within a box."""
+    for n in range(len(points)):
+        x, y, z = points[n, 0], points[n, 1], points[n, 2]
+        inside[n] = x > low[0] and x < high[0] and y > low[1] and y < high[1] and z > low[2] and z < high[2]

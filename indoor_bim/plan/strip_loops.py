@@ -55,7 +55,8 @@ def set_layers(  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _ones(word):  # type: ignore[no-untyped-def]
+def ones(word):  # type: ignore[no-untyped-def]
+    """Number of bits that are set."""
     word = word - ((word >> np.uint32(1)) & np.uint32(0x55555555))
     word = (word & np.uint32(0x33333333)) + ((word >> np.uint32(2)) & np.uint32(0x33333333))
     word = (word + (word >> np.uint32(4))) & np.uint32(0x0F0F0F0F)
@@ -130,12 +131,12 @@ def fill(masks, blocks, reach, band, below, tall, tall_enough, filled, best, thi
         largest = np.float32(0)
         for j in range(first, min(first + BLOCK, columns)):
             word = _joined(masks[i], j, reach, columns)
-            best[i, j] = filled[_ones(word & band), _ones(word & below)]
+            best[i, j] = filled[ones(word & band), ones(word & below)]
             if i > 0:
                 word |= _joined(masks[i - 1], j, reach, columns)
             if i + 1 < rows:
                 word |= _joined(masks[i + 1], j, reach, columns)
-            thinly[i, j] = filled[_ones(word & band), _ones(word & below)] if tall_enough[_ones(word & tall)] else np.float32(0)
+            thinly[i, j] = filled[ones(word & band), ones(word & below)] if tall_enough[ones(word & tall)] else np.float32(0)
             largest = max(largest, best[i, j], thinly[i, j])
         some[i, blocks[n, 1]] = largest > 0
 
@@ -208,7 +209,7 @@ def crest_places(masks, blocks, band, weight, kernel, size, apart, evidence, lea
             row = masks[_mirrored(k, rows)]
             for j in range(len(line)):
                 word = row[_mirrored(first - apart - reach + j, columns)]
-                line[j] = weight[_ones(word), _ones(word & band)]
+                line[j] = weight[ones(word), ones(word & band)]
             for j in range(len(total)):
                 mean = line[reach + j] * kernel[0]
                 for m in range(reach, 0, -1):
