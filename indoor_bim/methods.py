@@ -68,9 +68,9 @@ def slope(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     with stages("lines") as keep:
         lines = slope_stages(levelled, **chosen.model_dump(exclude={"grid_count"}))
         keep(lines)
-    plan = slope_plan(levelled, lines)
+    plan = slope_plan(levelled, lines, afar=chosen.magnification is None, gps_time=cloud.gps_time)
     with stages("walls") as keep:
-        made = storey_from_plan(plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness, far_snap=1.5)
+        made = storey_from_plan(plan, min_thickness=params.walls.min_thickness, max_thickness=params.walls.max_thickness, far_snap=2.0)
         keep(made)
     return Reconstruction(levelled.frame, (made.storey,), warnings=made.warnings)
 

@@ -112,7 +112,7 @@ def slope_stages(
     NothingToReconstructError
         If there are no walls.
     """
-    between, low, height = _points_between(levelled)
+    between, low, height = points_between(levelled)
     spacing = point_spacing(between)
     magnification = 1 / connected_pixel(between, sizes=PIXELS) if magnification is None else magnification
     pixel = 1 / magnification
@@ -128,9 +128,7 @@ def slope_stages(
             f"found no walls: none of {len(between)} points between floor and ceiling has {gror_neighbours} others within "
             f"{gror_radius:.3f} m in plan; scan the walls from floor to ceiling, or lower slope.gror_neighbours"
         )
-    image = _clean_image(wall_image(walls[:, :2], magnification=magnification))
-    skeleton = replace(image, image=thin_to_skeleton(image.image))
-    slopes = replace(image, image=remove_faults(pixel_slopes(skeleton.image)))
+    image, skeleton, slopes = wall_images(walls, pixel=pixel)
     lines = find_slope_lines(
         slopes.image,
         min_pixels=max(3, round(0.10 * magnification)) if min_pixels is None else min_pixels,
@@ -151,8 +149,14 @@ def slope_stages(
     return SlopeStages(walls, image, skeleton, slopes, free, replace(segments, top=top))
 
 
-def _points_between(levelled: LevelledCloud) -> tuple[Points, float, float]:
-    """Wall points between floor and ceiling of the lowest storey, height of its floor, and its height."""
+def points_between(levelled: LevelledCloud) -> tuple[Points, float, float]:
+    """Wall points between floor and ceiling of the lowest storey, height of its floor, and its height, metres.
+
+    Raises
+    ------
+    NothingToReconstructError
+        If there are hardly any.
+    """
     z = levelled.points[:, 2]
     low, height = lowest_storey(levelled)
     between = levelled.points[(levelled.part == WALL) & (z > low) & (z < low + height)]
@@ -170,6 +174,21 @@ def lowest_storey(levelled: LevelledCloud) -> tuple[float, float]:
     low = floor if floor is not None else float(np.quantile(z, 0.005))
     high = ceiling if ceiling is not None else float(np.quantile(z, 0.995))
     return low, high - low
+
+
+def wall_images(walls: Points, *, pixel: float) -> tuple[Raster, Raster, Raster]:
+    """Image of the walls without burrs, its skeleton, and the slopes of the skeleton without faults (sections 2.2 and 2.3).
+
+    Parameters
+    ----------
+    walls : (n, 3) float64
+        Wall points, metres.
+    pixel : float
+        Side of a pixel, metres.
+    """
+    image = _clean_image(wall_image(walls[:, :2], magnification=1 / pixel))
+    skeleton = replace(image, image=thin_to_skeleton(image.image))
+    return image, skeleton, replace(image, image=remove_faults(pixel_slopes(skeleton.image)))
 
 
 def _clean_image(image: Raster) -> Raster:

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import numpy as np
+from numpy.typing import NDArray
+
 from indoor_bim.cloud.cloud import FLOOR, WALL, LevelledCloud
 from indoor_bim.cloud.spacing import point_spacing
 from indoor_bim.plan.alignment import share_lines
 from indoor_bim.plan.back_to_back import turn_back_to_back
 from indoor_bim.plan.curtains import draw_curtains
 from indoor_bim.plan.raster import count_raster
-from indoor_bim.plan.selection import seen_in_parts, typical_coverage, wall_like, walls_in_line
+from indoor_bim.plan.scanner_path import known_positions
+from indoor_bim.plan.selection import seen_in_parts, stacked, typical_coverage, wall_like, walls_in_line
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.wall_stretches import columns_of, wall_share, wall_stretches
 from indoor_bim.slope import SlopeStages, lowest_storey
+from indoor_bim.slope_afar import seen_space, walls_afar
 
 HORIZONTAL_CELL = 0.02
 """Side of the pixels that points of floor and ceiling are counted in, metres."""
@@ -25,7 +30,9 @@ ON_ONE_LINE = 0.03
 """Faces that are no farther apart than this, or than the points of the scan, are on one line, metres."""
 
 
-def slope_plan(levelled: LevelledCloud, lines: SlopeStages) -> StoreyPlan:
+def slope_plan(
+    levelled: LevelledCloud, lines: SlopeStages, *, afar: bool = True, gps_time: NDArray[np.float64] | None = None
+) -> StoreyPlan:
     """Plan of the lowest storey from all faces that the method found.
 
     Parameters
@@ -34,6 +41,10 @@ def slope_plan(levelled: LevelledCloud, lines: SlopeStages) -> StoreyPlan:
         The levelled scan.
     lines : SlopeStages
         What the method found.
+    afar : bool
+        Look for the walls of places that the scanner only looked into as well.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds; with the path of the scanner it tells walls from what glass mirrors.
     """
     level = levelled.storeys[0]
     low, height = lowest_storey(levelled)
@@ -48,5 +59,8 @@ def slope_plan(levelled: LevelledCloud, lines: SlopeStages) -> StoreyPlan:
     usual = typical_coverage(lines.segments, storey_height=height)
     walls = walls_in_line(walls, lines.segments.take(~known), typical_coverage=usual, tolerance=tolerance)
     horizontal = count_raster(levelled.points[levelled.part != WALL, :2], cell=HORIZONTAL_CELL)
+    if afar:
+        walls = stacked(walls, walls_afar(levelled, lines, walls, known_positions(levelled.trajectory, gps_time)))
     faces = share_lines(draw_curtains(turn_back_to_back(walls, horizontal)), tolerance=tolerance)
-    return StoreyPlan(faces, level.floor, level.ceiling, seen=lines.free, warnings=levelled.warnings)
+    seen = seen_space(levelled, lines.free) if afar else lines.free
+    return StoreyPlan(faces, level.floor, level.ceiling, seen=seen, warnings=levelled.warnings)

@@ -55,6 +55,21 @@ def sensor_positions(trajectory: Floats, gps_time: Floats) -> Floats:
     return positions
 
 
+def known_positions(trajectory: Floats | None, gps_time: Floats | None) -> Floats | None:
+    """Position of the scanner for each point, None where times of points or path are not known; as `sensor_positions`.
+
+    Parameters
+    ----------
+    trajectory : (m, 4) float64, optional
+        Time in seconds and x, y, z in metres.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds.
+    """
+    if trajectory is None or gps_time is None or not np.isfinite(trajectory[:, 0]).all():
+        return None
+    return sensor_positions(trajectory, gps_time)
+
+
 def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
     """Stretch of the path that each point was measured on: as long as a walking scanner's position has about the same error.
 

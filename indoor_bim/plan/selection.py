@@ -116,7 +116,7 @@ def walls_in_line(
     usable = (others.length >= shortest) & (others.coverage >= LEAST_FILL_IN_LINE * typical_coverage)
     grown = np.zeros(len(others), dtype=bool)
     while True:
-        found = _stacked(walls, others.take(grown))
+        found = stacked(walls, others.take(grown))
         more = np.array(
             [usable[k] and not grown[k] and _goes_on(others, k, found, tolerance, widest_gap, shortest) for k in range(len(others))]
         )
@@ -151,5 +151,6 @@ def _typical(faces: Segments, tall: NDArray[np.bool_]) -> float:
     return float(faces.coverage[order][np.searchsorted(weight, 0.75 * weight[-1])])
 
 
-def _stacked(first: Segments, second: Segments) -> Segments:
+def stacked(first: Segments, second: Segments) -> Segments:
+    """Rows of both tables, those of the first one first."""
     return Segments(**{name: np.concatenate([getattr(first, name), getattr(second, name)]) for name in Segments.__slots__})

@@ -42,7 +42,9 @@ class Columns:
     passage: Mask
 
 
-def columns_of(faces: Segments, points: Floats, floor: Floats, *, reach: float, height: float) -> list[Columns]:
+def columns_of(
+    faces: Segments, points: Floats, floor: Floats, *, reach: float, height: float, column: float = COLUMN, layer: float = LAYER
+) -> list[Columns]:
     """Tell along each face where a wall stands and where one walks through.
 
     Parameters
@@ -57,6 +59,8 @@ def columns_of(faces: Segments, points: Floats, floor: Floats, *, reach: float, 
         Points within this distance of a face belong to it, metres.
     height : float
         Height of the storey, metres.
+    column, layer : float
+        Size of the cells along and up the face, metres.
 
     Examples
     --------
@@ -67,22 +71,22 @@ def columns_of(faces: Segments, points: Floats, floor: Floats, *, reach: float, 
     >>> columns.wall.tolist(), columns.passage.tolist()
     ([True, False, False], [False, True, False])
     """
-    layers = max(round(height / LAYER), 1)
-    layer = np.clip((points[:, 2] / height * layers).astype(np.int64), 0, layers - 1)
+    layers = max(round(height / layer), 1)
+    row = np.clip((points[:, 2] / height * layers).astype(np.int64), 0, layers - 1)
     share = points[:, 2] / height
     zone = np.select([share >= HIGH, (share >= LOW[0]) & (share <= LOW[1])], [0, 1], 2)
-    hits = _hit_cells(faces, points[:, :2], layer, layers, reach=reach)
-    zones = _hit_cells(faces, points[:, :2], zone, 3, reach=reach)
-    floors = _hit_cells(faces, floor, np.zeros(len(floor), dtype=np.int64), 1, reach=reach)
+    hits = _hit_cells(faces, points[:, :2], row, layers, reach=reach, side=column)
+    zones = _hit_cells(faces, points[:, :2], zone, 3, reach=reach, side=column)
+    floors = _hit_cells(faces, floor, np.zeros(len(floor), dtype=np.int64), 1, reach=reach, side=column)
     return [
         Columns(where[:, 0] & where[:, 1] & (hit.mean(axis=1) >= LEAST_FILL), through[:, 0] & ~where[:, 1])
         for hit, where, through in zip(hits, zones, floors, strict=True)
     ]
 
 
-def _hit_cells(faces: Segments, xy: Floats, layer: NDArray[np.int64], layers: int, *, reach: float) -> list[Mask]:
+def _hit_cells(faces: Segments, xy: Floats, layer: NDArray[np.int64], layers: int, *, reach: float, side: float) -> list[Mask]:
     """Cells (columns, layers) of each face that hold a point."""
-    counts = np.maximum(np.rint(faces.length / COLUMN).astype(np.int64), 1)
+    counts = np.maximum(np.rint(faces.length / side).astype(np.int64), 1)
     cells = [np.zeros((count, layers), dtype=bool) for count in counts]
     angle = np.round(np.arctan2(faces.direction[:, 1], faces.direction[:, 0]), SAME_DIRECTION)
     for value in np.unique(angle):
