@@ -8,6 +8,7 @@ import shapely
 
 from indoor_bim.plan.beams import without_beams
 from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.face_loops import hit_beside
 from indoor_bim.plan.raster import Raster
 
 THICKNESS = 0.24
@@ -99,3 +100,15 @@ def test_short_faces_and_no_faces_stay():
     kept = without_beams(p, q, scan((2.0, 5.5)), floor((2.0, 5.5)), ROOMS)
     np.testing.assert_array_equal(kept, (p, q))
     assert len(without_beams(p[:0], q[:0], scan((2.0, 5.5)), floor((2.0, 5.5)), ROOMS)[0]) == 0
+
+
+def test_spots_beside_which_the_floor_was_hit():
+    rng = np.random.default_rng(2)
+    raster = Raster((rng.random((60, 80)) < 0.01).astype(np.float32), np.array([-0.3, 0.1]), 0.025)
+    spots = rng.uniform([-1, -0.5], [2.5, 2.5], (500, 2))
+    left, shifts, depths = np.array([0.6, 0.8]), np.linspace(-0.1, 0.1, 9), np.arange(0.06, 0.2, 0.02)
+    along, hit = np.array([left[1], -left[0]]), np.arange(500) % 5 > 0
+    expected = hit & np.any([raster.sample(spots + s * along - t * left) > 0 for s in shifts for t in depths], axis=0)
+    hit_beside(raster.image, -0.3, 0.1, 0.025, spots, left, shifts, depths, hit)
+    assert np.array_equal(hit, expected)
+    assert 50 < hit.sum() < 350

@@ -95,3 +95,16 @@ def test_rows_within_a_box(points):
     assert np.array_equal(rows, np.flatnonzero(((points > low) & (points < high)).all(axis=1)))
     few = points[: ev.FEW_POINTS]
     assert np.array_equal(ev.rows_within(few, low, high), rows[rows < len(few)])
+
+
+@pytest.mark.parametrize("sloped", [True, False])
+def test_surface_overhead_of_many_points_is_that_of_few(sloped, monkeypatch):
+    rng = np.random.default_rng(8)
+    points = rng.uniform([0, 0, 0], [8, 5, 3], (60_000, 3))
+    points[:30_000, 2] = 2.5 + rng.normal(0, 0.004, 30_000) + (0.7 * points[:30_000, 0] if sloped else 0.0)
+    surface = {"floor": 0.0, "top": 9.0, "sloped": sloped}
+    many = ev.overhead_surface(points, **surface)
+    monkeypatch.setattr(ev, "FEW_POINTS", len(points))
+    few = ev.overhead_surface(points, **surface)
+    np.testing.assert_allclose(many.image, few.image, rtol=0, atol=1e-12)
+    assert np.isfinite(few.image).mean() > 0.5

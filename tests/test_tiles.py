@@ -59,6 +59,16 @@ def test_points_of_a_tile_are_together_in_their_order(xy):
         assert (np.diff(order[first:last]) > 0).all()
 
 
+def test_corners_are_around_all_points(xy):
+    tiles, _ = tiles_of(xy)
+    assert (tiles.corners[0] <= xy.min(axis=0)).all()
+    assert (tiles.corners[1] > xy.max(axis=0)).all()
+    assert (np.ptp(tiles.corners, axis=0) < np.ptp(xy, axis=0) + 2 * TILE).all()
+    points = ev.WallPoints(xy, xy[:, 0], xy[:, 0], None)
+    assert np.array_equal(points.corners, [xy.min(axis=0), xy.max(axis=0)])
+    assert points.along(xy[0], xy[1], 0.1).tolist() == [[0, len(xy)]]
+
+
 def test_no_points_are_in_no_tile():
     tiles, order = tiles_of(np.zeros((0, 2)))
     assert len(order) == 0

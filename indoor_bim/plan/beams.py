@@ -71,7 +71,8 @@ def without_beams(
             count = int(whole / COLUMN)
             step = whole / count
             spots = a + ((np.arange(count) + 0.5) * step)[:, None] * d
-            behind = np.any([shapely.contains_xy(rooms, *(spots - t * left).T) for t in np.arange(0.1, thickest + 0.15, 0.1)], axis=0)
+            depths = np.arange(0.1, thickest + 0.15, 0.1)[:, None]
+            behind = shapely.contains_xy(rooms, spots[:, 0] - depths * left[0], spots[:, 1] - depths * left[1]).any(axis=0)
             if behind.sum() * step < empty * narrowest:
                 continue
             open_below = behind.copy()
@@ -90,12 +91,14 @@ def without_beams(
 
 def _floor_goes_on(spots: Floats, left: Floats, floor: Raster) -> Bools:
     """Whether the floor was hit within a column in front of a face, under it, and behind it."""
-    along = np.array([left[1], -left[0]])
-    beside = spots[:, None] + np.linspace(-COLUMN, COLUMN, 9)[:, None] * along
+    from indoor_bim.plan.face_loops import hit_beside
+
+    image = np.ascontiguousarray(floor.image, dtype=np.float32)
+    place = (float(floor.origin[0]), float(floor.origin[1]), floor.cell)
+    shifts = np.linspace(-COLUMN, COLUMN, 9)
     goes_on = np.ones(len(spots), dtype=bool)
     for depths in (np.arange(-0.25, -0.05, 0.02), np.arange(0.06, 0.20, 0.02)):
-        around = beside[:, :, None] - depths[:, None] * left
-        goes_on &= (floor.sample(around.reshape(-1, 2)) > 0).reshape(len(spots), -1).any(axis=1)
+        hit_beside(image, *place, np.ascontiguousarray(spots), left, shifts, depths, goes_on)
     return goes_on
 
 

@@ -58,6 +58,13 @@ class WallPoints:
         sensor = None if self.sensor is None else self.sensor.take(places, axis=0)
         return WallPoints(self.xy.take(places, axis=0), self.rise.take(places), self.depth.take(places), sensor)
 
+    @property
+    def corners(self) -> Floats:
+        """Corners (2, 2) of a rectangle around the points, metres."""
+        if self.tiles is not None:
+            return self.tiles.corners
+        return np.array([[values.min() for values in self.xy.T], [values.max() for values in self.xy.T]])
+
     def along(self, p: Floats, q: Floats, reach: float) -> NDArray[np.int64]:
         """Ranges (k, 2) of rows with all points within reach of the line from p to q, and some others."""
         return np.array([[0, len(self)]]) if self.tiles is None else self.tiles.along(p, q, reach)
@@ -88,7 +95,7 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
     from scipy import ndimage
 
     lowest = floor + (0.5 if sloped else _MIN_HEADROOM)
-    p = points[(points[:, 2] > lowest) & (points[:, 2] < top)]
+    p = points.take(np.flatnonzero((points[:, 2] > lowest) & (points[:, 2] < top)), axis=0)
     if not len(p):
         return None
     size = np.array([_COARSE, _COARSE, _COARSE if sloped else _LAYER])
@@ -98,13 +105,10 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
     shape = cells.max(axis=0) + 1
     key = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
     first, group, count = group_keys(key)
-    mean = np.column_stack([np.bincount(group, weights=p[:, k]) / count for k in range(3)])
-    x, y, z = (p - mean[group]).T
-    xx, yy, xy, zz = (np.bincount(group, weights=w) / count for w in (x * x, y * y, x * y, z * z))
+    mean, (xx, yy, xy, zz, xz, yz) = _moments(p, group, count)
     minor = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2)
     level = (count >= 4) & (minor > 0.25 * _COARSE**2 / 12) & (zz < 0.4 * minor + 0.0002)
     if sloped:
-        xz, yz = (np.bincount(group, weights=w) / count for w in (x * z, y * z))
         moments = np.stack([np.stack([xx, xy, xz], -1), np.stack([xy, yy, yz], -1), np.stack([xz, yz, zz], -1)], -2)
         values, vectors = np.linalg.eigh(moments)
         level |= (count >= 6) & (values[:, 0] < 0.15 * values[:, 1]) & (np.abs(vectors[:, 2, 0]) > 0.5)
@@ -124,6 +128,19 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
         return None
     height[~np.isfinite(height)] = np.nan
     return Raster(height.T, low[:2] * _COARSE, _COARSE)
+
+
+def _moments(points: Floats, group: NDArray[np.int64], count: NDArray[np.int64]) -> tuple[Floats, Floats]:
+    """Mean (k, 3) of the points of each group, and their central moments (6, k): xx, yy, xy, zz, xz, yz."""
+    if len(points) > FEW_POINTS:
+        from indoor_bim.plan.moment_loops import central_moments
+
+        means, moments = np.zeros((len(count), 3)), np.zeros((len(count), 6))
+        central_moments(points, group, count, means, moments)
+        return means, np.ascontiguousarray(moments.T)
+    mean = np.column_stack([np.bincount(group, weights=values) / count for values in points.T])
+    x, y, z = (points - mean[group]).T
+    return mean, np.array([np.bincount(group, weights=w) / count for w in (x * x, y * y, x * y, z * z, x * z, y * z)])
 
 
 def fill_nearest(raster: Raster) -> Raster:

@@ -12,7 +12,8 @@ MICROMETRE = 1e-6
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
 _ranges = types.Array(types.int64, 2, "C", readonly=True)
-_table = types.Array(types.float64, 2, "C")
+_table, _flags = types.Array(types.float64, 2, "C"), types.Array(types.bool_, 1, "C")
+_image = types.Array(types.float32, 2, "C", readonly=True)
 _bool, _counts = types.Array(types.bool_, 2, "C"), types.Array(types.int64, 2, "C")
 
 
@@ -60,3 +61,21 @@ def middle_points(xy, rise, ranges, p, d, length, depth, low, high, out):  # typ
                 out[count, 0], out[count, 1], out[count, 2] = along, across, rise[i]
                 count += 1
     return count
+
+
+@compiled(_image, *[types.float64] * 3, _points, *[_values] * 3, _flags)
+def hit_beside(image, x0, y0, cell, spots, left, shifts, depths, hit):  # type: ignore[no-untyped-def]
+    """Keep the flags of spots beside which a pixel is hit: shifted along and at some depths to the right."""
+    rows, columns = image.shape
+    for n in range(len(spots)):
+        found = False
+        for s in shifts:
+            for t in depths:
+                x, y = spots[n, 0] + s * left[1] - t * left[0], spots[n, 1] - s * left[0] - t * left[1]
+                column, row = int(np.floor((x - x0) / cell)), int(np.floor((y - y0) / cell))
+                if row >= 0 and row < rows and column >= 0 and column < columns and image[row, column] > 0:
+                    found = True
+                    break
+            if found:
+                break
+        hit[n] &= found

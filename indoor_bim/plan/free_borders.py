@@ -36,11 +36,14 @@ def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near:
     """
     import shapely
     from scipy import ndimage
-    from skimage.measure import approximate_polygon, find_contours
+    from skimage.measure import find_contours
+
+    from indoor_bim.plan.chain_loops import corners_of
 
     step = 4
     rows, columns = (np.array(seen.image.shape) // step) * step
-    coarse = seen.image[:rows, :columns].reshape(rows // step, step, columns // step, step).max(axis=(1, 3)) > 0
+    lines_hit = np.maximum.reduce([seen.image[k:rows:step, :columns] for k in range(step)])
+    coarse = np.maximum.reduce([lines_hit[:, k::step] for k in range(step)]) > 0
     mask = ndimage.binary_opening(ndimage.binary_closing(np.pad(coarse, 3), np.ones((5, 5))), np.ones((5, 5)))
     cell = seen.cell * step
     p, q = lines.ends(0.3)
@@ -48,7 +51,7 @@ def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near:
     tree = shapely.STRtree(walls)
     found = []
     for contour in find_contours(mask.astype(np.float64), 0.5):  # type: ignore[no-untyped-call]
-        ring = approximate_polygon(contour, 1.2)  # type: ignore[no-untyped-call]
+        ring = contour[corners_of(np.ascontiguousarray(contour), 1.2)]
         xy = seen.origin + (ring[:, ::-1] - 3 + 0.5) * cell
         for a, b in itertools.pairwise(xy):
             length = float(np.hypot(*(b - a)))

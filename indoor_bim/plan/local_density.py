@@ -73,7 +73,7 @@ def _thinly_scanned_of_many(points: WallPoints, overhead: Raster, *, sparse: flo
 
     xy, depth = np.ascontiguousarray(points.xy), np.ascontiguousarray(points.depth)
     sensor = np.zeros((0, 2)) if points.sensor is None else np.ascontiguousarray(points.sensor)
-    (column, last_column), (row, last_row) = ((int(np.floor(v.min() / cell)), int(np.floor(v.max() / cell))) for v in xy.T)
+    (column, row), (last_column, last_row) = np.floor(points.corners / cell).astype(np.int64).tolist()
     layers = max(int(depth.max() / cell), 0) + 1 if whole else 1
     parts = even_slices(len(points), threads_for(len(points)))
     counts = np.zeros((len(parts), layers, 4, last_column - column + 1, last_row - row + 1), dtype=np.int64)

@@ -79,6 +79,7 @@ def room_levels(
     def levels(room: shapely.Polygon) -> tuple[float, float]:
         core = room.buffer(-0.15)
         core = room if core.is_empty else core
+        shapely.prepare(core)
         x0, y0, x1, y1 = core.bounds
         near = points[slice(*np.searchsorted(column, [np.floor(x0 / COLUMN), np.floor(x1 / COLUMN) + 1]))]
         near = near.take(np.flatnonzero((near[:, 0] >= x0) & (near[:, 0] <= x1) & (near[:, 1] >= y0) & (near[:, 1] <= y1)), axis=0)

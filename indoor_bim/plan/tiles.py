@@ -32,6 +32,13 @@ class Tiles:
     columns: int
     first: Ints
 
+    @property
+    def corners(self) -> Floats:
+        """Corners (2, 2) of the rectangle that the tiles cover, metres."""
+        shape = np.array([self.columns, (len(self.first) - 1) // self.columns])
+        covered: Floats = np.stack([self.low, self.low + shape]) * TILE
+        return covered
+
     def along(self, p: Floats, q: Floats, reach: float) -> Ints:
         """Ranges (k, 2) of the table with all points within reach of the line from p to q, and some others.
 

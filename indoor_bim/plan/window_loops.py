@@ -46,19 +46,30 @@ def mean_around(image, reach, out):  # type: ignore[no-untyped-def]
 
 @compiled(_image, types.int64, _image)
 def largest_around(image, reach, out):  # type: ignore[no-untyped-def]
-    """Largest value of the window up to `reach` around each pixel."""
+    """Largest value of the window up to `reach` around each pixel: of two, four, eight rows or columns, then of two such that overlap."""
     rows, columns = image.shape
-    line = np.zeros(columns, np.float32)
-    for i in range(rows):
-        line[:] = image[i]
-        for k in range(max(i - reach, 0), min(i + reach + 1, rows)):
-            row = image[k]
+    size = 2 * reach + 1
+    padded = np.full((rows + 2 * reach, columns), -np.inf, np.float32)
+    padded[reach : reach + rows] = image
+    line = np.full(columns + 2 * reach, -np.inf, np.float32)
+    step = 1
+    while 2 * step <= size:
+        for i in range(len(padded) - step):
+            row, further = padded[i], padded[i + step]
             for j in range(columns):
-                line[j] = row[j] if row[j] > line[j] else line[j]
-        result = out[i]
-        result[:] = line
-        for k in range(1, min(reach + 1, columns)):
-            for j in range(columns - k):
-                result[j] = line[j + k] if line[j + k] > result[j] else result[j]
-            for j in range(k, columns):
-                result[j] = line[j - k] if line[j - k] > result[j] else result[j]
+                row[j] = further[j] if further[j] > row[j] else row[j]
+        step *= 2
+    rest = size - step
+    for i in range(rows):
+        first, second = padded[i], padded[i + rest]
+        for j in range(columns):
+            line[reach + j] = first[j] if first[j] > second[j] else second[j]
+        line[:reach] = -np.inf
+        line[reach + columns :] = -np.inf
+        width = 1
+        while 2 * width <= size:
+            for j in range(len(line) - width):
+                line[j] = line[j + width] if line[j + width] > line[j] else line[j]
+            width *= 2
+        for j in range(columns):
+            out[i, j] = line[j] if line[j] > line[j + rest] else line[j + rest]
