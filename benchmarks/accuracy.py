@@ -17,7 +17,7 @@ from tempfile import TemporaryDirectory
 from indoor_bim.model import Building
 from indoor_bim.quality.compare import compare
 from indoor_bim.quality.comparison import Comparison
-from indoor_bim.simulate import demo_house, office_floor, simulate, single_room, two_storeys, write_scan
+from indoor_bim.simulate import demo_house, office_floor, rounded_house, simulate, single_room, two_storeys, write_scan
 from indoor_bim.simulate.scanner import Profile
 
 RECORD = Path(__file__).with_name("accuracy.json")
@@ -32,6 +32,9 @@ CASES: dict[str, tuple[Callable[[], Building], Profile, int]] = {
     "cut-corner-backpack": (lambda: single_room(cut_corner=1.5), "backpack", 4),
     "office-backpack": (lambda: office_floor(offices=4, seed=1), "backpack", 5),
     "two-storeys-backpack": (two_storeys, "backpack", 6),
+    "rounded-clean": (rounded_house, "clean", 7),
+    "rounded-static": (rounded_house, "static", 8),
+    "rounded-backpack": (rounded_house, "backpack", 9),
 }
 
 Figures = dict[str, float | None]

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.model import Column, Evidence, Joint, Outline, Ring, Room, Slab, Storey, Wall
+from indoor_bim.model import Column, Curve, Evidence, Joint, Outline, Ring, Room, Slab, Storey, Wall
+from indoor_bim.plan.curve import Curve as FittedCurve
+from indoor_bim.plan.curved_walls import pieces_of_curves
 from indoor_bim.plan.face_accuracy import FaceAccuracy
 from indoor_bim.plan.graph import Meeting
 from indoor_bim.plan.hull import PROBE, building_hull
@@ -40,6 +42,7 @@ def build_storey(
     columns: Sequence[shapely.Polygon] = (),
     ceiling_plate: bool = True,
     accuracy: FaceAccuracy | None = None,
+    curves: Sequence[FittedCurve] = (),
 ) -> Storey:
     """Storey of the building model from joined walls and rooms.
 
@@ -69,6 +72,8 @@ def build_storey(
         False where no plate covers the storey: under a pitched roof.
     accuracy : FaceAccuracy, optional
         How surely the faces of the walls are known.
+    curves : sequence of Curve
+        Circles that walls are pieces of.
     """
     prefix = f"S{number}"
     external = external_walls(walls, footprints, rooms)
@@ -111,6 +116,7 @@ def build_storey(
         height=round(ceiling - floor, DECIMALS),
         walls=model_walls,
         joints=tuple(Joint(_point(np.array(m.point)), tuple(wall_ids[w] for w in m.walls), m.ends) for m in meetings),
+        curves=_curves(prefix, walls, curves),
         columns=tuple(
             Column(f"{prefix}-C{k + 1:02d}", f"Column {k + 1}", _ring(column), round(floor, DECIMALS), round(ceiling - floor, DECIMALS))
             for k, column in enumerate(columns)
@@ -160,6 +166,35 @@ def external_walls(walls: Walls, footprints: Sequence[shapely.Polygon], rooms: S
         else:
             out.append(None)
     return out
+
+
+def _curves(prefix: str, walls: Walls, curves: Sequence[FittedCurve]) -> tuple[Curve, ...]:
+    """Curves with at least two walls, about the axes of these."""
+    of_curve, of_piece = pieces_of_curves(walls, curves)
+    out: list[Curve] = []
+    for number, curve in enumerate(curves):
+        rows = np.flatnonzero(of_curve == number)
+        if len(rows) < 2:
+            continue
+        rows = rows[np.argsort(of_piece[rows], kind="stable")]
+        foot = float(np.median(np.abs(((walls.p[rows] - curve.centre) * walls.normal[rows]).sum(axis=1))))
+        radius = foot / curve.chord_distance(1.0)
+        corner = foot / np.cos((curve.end - curve.start) / curve.pieces / 2)
+        angles = curve.breaks[[of_piece[rows[0]], of_piece[rows[-1]] + 1]]
+        ends = curve.centre + radius * np.column_stack([np.cos(angles), np.sin(angles)])
+        out.append(
+            Curve(
+                id=f"{prefix}-A{len(out) + 1:02d}",
+                centre=_point(curve.centre),
+                radius=round(radius, DECIMALS),
+                ends=(_point(ends[0]), _point(ends[1])),
+                walls=tuple(f"{prefix}-W{k + 1:03d}" for k in rows),
+                chain_deviation=round(max(corner - radius, radius - foot), DECIMALS),
+                radius_sigma=round(curve.radius_sigma, DECIMALS),
+                deviation=round(curve.deviation, DECIMALS),
+            )
+        )
+    return tuple(out)
 
 
 def _wall_evidence(walls: Walls, k: int, accuracy: FaceAccuracy | None) -> Evidence:

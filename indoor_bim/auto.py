@@ -14,9 +14,11 @@ from indoor_bim.cloud.cloud import LevelledCloud
 from indoor_bim.cloud.levels import thin
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
+from indoor_bim.plan.arc_chains import chain_ends, with_curved_walls
 from indoor_bim.plan.beams import without_beams
 from indoor_bim.plan.built_in import without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
+from indoor_bim.plan.curve import Curve
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.face_support import measure
 from indoor_bim.plan.free_borders import free_borders
@@ -97,6 +99,10 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         points, levelled.points, wall_points, filled, floor=floor, cover=cover, low=low, high=high, cell=PIXEL, open_top=overhead is None
     )
     lines, sweeps = find_lines(wall_points, space.overhead_density if overhead is not None else None)
+    curves: tuple[Curve, ...] = ()
+    straight = len(sweeps)
+    if overhead is not None:
+        lines, sweeps, curves = with_curved_walls(lines, sweeps, wall_points)
     if sensor is None:
         lines = lines.take(look_into_free_space(lines, space.hit))
     dense = space.denser_than(AFAR)
@@ -104,8 +110,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     weak = free_borders(dense.raster(dense.ceiling), lines) if overhead is not None else firm
     cut_p, cut_q = end_cuts(lines)
     joined, join_p, join_q = gap_cuts(lines)
-    edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p, join_p]), np.vstack([firm[1], weak[1], cut_q, join_q])
-    start, end = prolong(lines)
+    start, end, across_p, across_q = chain_ends(lines, lines.family >= straight, *prolong(lines))
+    edge_p, edge_q = np.vstack([firm[0], weak[0], cut_p, join_p, across_p]), np.vstack([firm[1], weak[1], cut_q, join_q, across_q])
     start, end = np.minimum(start, joined.start), np.maximum(end, joined.end)
     p, q = replace(lines, start=start, end=end).ends()
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
@@ -130,7 +136,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=ceiling or top)
     floor_seen = space.raster(space.floor)
     roof = overhead if pitched else None
-    plan = _plan(outlines, loose, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, floor_seen=floor_seen, roof=roof)
+    plan = _plan(outlines, loose, curves, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, floor_seen=floor_seen, roof=roof)
     if ceiling is not None:
         below = levelled.storeys[number - 1].ceiling if number else None
         between = {"low": below if below is not None else -np.inf, "high": above[0] if above else np.inf}
@@ -170,6 +176,7 @@ def _no_walls(points: int) -> str:
 def _plan(
     outlines: tuple[RoomOutline, ...],
     loose: tuple[Floats, Floats] | None,
+    curves: tuple[Curve, ...],
     points: ev.WallPoints,
     *,
     floor: float,
@@ -194,7 +201,7 @@ def _plan(
         faces = faces.take(faces.coverage > 0.3)
     if roof is not None:
         faces = faces.take(~under_the_eaves(faces.p, faces.q, roof, floor=floor))
-    return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, columns=tuple(columns))
+    return StoreyPlan(faces, floor, ceiling, seen=seen, rooms=rooms, columns=tuple(columns), curves=curves)
 
 
 def is_column(ring: OutlineRing, *, widest: float = 1.2) -> bool:

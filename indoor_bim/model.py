@@ -157,6 +157,23 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True)
+class Curve:
+    """Circular arc that a chain of straight walls stands for."""
+
+    __pydantic_config__ = ONLY_KNOWN_FIELDS
+    id: Id
+    centre: Point2
+    radius: Annotated[float, Field(gt=0, allow_inf_nan=False, description="Radius of the axis, metres.")]
+    ends: Annotated[tuple[Point2, Point2], Field(description="Ends of the axis on the arc, counter-clockwise; equal for a circle.")]
+    walls: Annotated[tuple[str, ...], Field(min_length=2, description="Identifiers of the walls of the chain, counter-clockwise.")]
+    chain_deviation: Annotated[float, Field(ge=0, description="Largest distance of the axes of the chain from the arc, metres.")]
+    radius_sigma: Annotated[float | None, Field(ge=0, description="Standard deviation of the radius, metres.")] = None
+    deviation: Annotated[
+        float | None, Field(ge=0, description="Distance from the arc that local medians of the points keep to along 95 % of it, metres.")
+    ] = None
+
+
+@dataclass(frozen=True, slots=True)
 class Column:
     """Free-standing column, pillar or shaft."""
 
@@ -219,6 +236,7 @@ class Storey:
     columns: tuple[Column, ...] = ()
     rooms: tuple[Room, ...] = ()
     slabs: tuple[Slab, ...] = ()
+    curves: tuple[Curve, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

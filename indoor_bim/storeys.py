@@ -10,6 +10,7 @@ from indoor_bim.assemble import build_storey
 from indoor_bim.model import Evidence, Storey
 from indoor_bim.plan.alignment import align_faces
 from indoor_bim.plan.collinear import merge_collinear
+from indoor_bim.plan.curved_walls import with_common_curves
 from indoor_bim.plan.face_accuracy import face_accuracy
 from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside, stand_before_others
@@ -89,8 +90,9 @@ def storey_from_plan(
     else:
         enclosed = room_polygons(footprints(*join_walls(_tidy(pair()), snap=snap, far_snap=far_snap)))
         walls = pair(outer=looks_outside(faces, building_hull(enclosed)))
+    walls = with_common_curves(walls, plan.curves)
     walls = share_thickness(merge_collinear(walls) if plan.rooms else _tidy(walls))
-    walls, meetings, outlines = join_without_overlaps(walls, snap=snap, far_snap=far_snap)
+    walls, meetings, outlines = join_without_overlaps(walls, snap=snap, far_snap=far_snap, curves=plan.curves)
     rooms = known_rooms(plan.rooms, outlines)
     known = len(rooms)
     rooms += [room for room in room_polygons(outlines) if not any(room.intersection(other).area > 0.1 * room.area for other in rooms)]
@@ -112,6 +114,7 @@ def storey_from_plan(
         ceiling_plate=not plan.pitched,
         columns=plan.columns,
         accuracy=face_accuracy(walls, plan.faces),
+        curves=plan.curves,
     )
     return StoreyGeometry(storey, walls, wall_graph(walls, meetings), tuple(warnings))
 

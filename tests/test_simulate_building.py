@@ -9,13 +9,21 @@ import pytest
 import shapely
 
 from indoor_bim.model import Building, Storey
-from indoor_bim.simulate.building import demo_house, office_floor, single_room, two_storeys
+from indoor_bim.simulate.building import demo_house, office_floor, rounded_house, single_room, two_storeys
 from indoor_bim.simulate.furnish import furnish
-from indoor_bim.simulate.layout import Partition, lay_out_storey
+from indoor_bim.simulate.layout import CurvedPartition, Partition, arc, lay_out_storey
 from indoor_bim.simulate.mesh import door_leaves, glass_triangles, shell_triangles
 from indoor_bim.simulate.walk import stairs, stations, walk_path
 
-BUILDINGS = [demo_house(), single_room(), single_room(cut_corner=1.5), office_floor(), office_floor(offices=9, seed=4), two_storeys()]
+BUILDINGS = [
+    demo_house(),
+    single_room(),
+    single_room(cut_corner=1.5),
+    office_floor(),
+    office_floor(offices=9, seed=4),
+    two_storeys(),
+    rounded_house(),
+]
 each_building = pytest.mark.parametrize("building", BUILDINGS, ids=lambda b: b.name)
 
 
@@ -40,7 +48,7 @@ def test_walls_and_rooms_tile_the_outline(building: Building) -> None:
         walls = [shapely.Polygon(wall.footprint) for wall in storey.walls]
         rooms = [room.outline.polygon for room in storey.rooms]
         assert all(polygon.is_valid for polygon in walls + rooms)
-        parts = walls + rooms
+        parts = walls + rooms + [shapely.Polygon(column.footprint) for column in storey.columns]
         for k, part in enumerate(parts):
             assert all(part.intersection(other).area < 1e-9 for other in parts[k + 1 :])
         assert shapely.union_all(parts).symmetric_difference(outline(storey)).area < 1e-9
@@ -52,8 +60,8 @@ def test_walls_are_as_thick_as_they_say(building: Building) -> None:
         for wall in storey.walls:
             along, across = np.subtract(*wall.axis[::-1]) / wall.length, wall.thickness
             offsets = np.subtract(wall.footprint, wall.axis[0]) @ [-along[1], along[0]]
-            assert np.ptp(offsets) == pytest.approx(across, abs=1e-9)
-            assert offsets.max() == pytest.approx(across / 2, abs=1e-9)
+            assert np.ptp(offsets) == pytest.approx(across, abs=1e-8)
+            assert offsets.max() == pytest.approx(across / 2, abs=1e-8)
 
 
 @each_building
@@ -129,6 +137,8 @@ def is_solid(storey: Storey, points: np.ndarray) -> np.ndarray:
             z = points[:, 2] - wall.base
             inside &= ~((u > o.start) & (u < o.start + o.width) & (z > o.sill) & (z < o.sill + o.height))
         solid |= inside
+    for column in storey.columns:
+        solid |= shapely.contains_xy(shapely.Polygon(column.footprint), points[:, :2])
     return solid
 
 
@@ -214,3 +224,33 @@ def test_furniture_stands_in_rooms_clear_of_doors_and_walk(building: Building) -
                 assert not box.outline.intersects(solid)
                 assert shapely.distance(box.outline, feet).min() > 0.15
                 assert not any(box.outline.intersects(leaf.outline) for leaf in leaves if abs(leaf.bottom - storey.elevation) < 0.1)
+
+
+@pytest.mark.parametrize("radius", [0.8, 2.5, 12.0])
+def test_the_points_of_an_arc_keep_to_it(radius: float) -> None:
+    points = np.array(arc((1.0, 1.0), (1.5, 2.2), radius, sagitta=0.002))
+    middle = (points[1:] + points[:-1]) / 2
+    chord = np.hypot(*np.subtract((1.5, 2.2), (1.0, 1.0)))
+    centre = (points[0] + points[-1]) / 2 + np.array([-1.2, 0.5]) / chord * np.sqrt(radius**2 - chord**2 / 4)
+    assert np.hypot(*(points - centre).T) == pytest.approx(np.full(len(points), radius), abs=1e-8)
+    assert radius - 0.002 <= np.hypot(*(middle - centre).T).min() < radius
+    with pytest.raises(ValueError, match="does not reach"):
+        arc((0.0, 0.0), (3.0, 0.0), 1.0)
+
+
+def test_a_round_room_in_a_square_one() -> None:
+    ring = [(0.0, 0.0), (8.0, 0.0), (8.0, 8.0), (0.0, 8.0)]
+    circle = [*arc((6.0, 4.0), (2.0, 4.0), 2.0), *arc((2.0, 4.0), (6.0, 4.0), 2.0)[1:]]
+    rooms = [("Hall", (1.0, 1.0)), ("Round room", (4.0, 4.0))]
+    storey = lay_out_storey(1, ring, 0.3, [[]] * 4, [CurvedPartition(tuple(circle), 0.2)], rooms)
+    assert storey.rooms[1].area == pytest.approx(np.pi * 1.9**2, rel=0.002)
+    assert storey.rooms[0].area == pytest.approx(7.7**2 - np.pi * 2.1**2, rel=0.002)
+    assert {len(joint.walls) for joint in storey.joints} == {2}
+
+
+def test_tripods_stand_all_around_a_room_within_another() -> None:
+    building = rounded_house()
+    hall = building.storeys[0].rooms[0].outline.polygon
+    inside = [shapely.Point(xy) for xy in stations(building)[:, :2] if hall.contains(shapely.Point(xy))]
+    assert len(inside) >= 4
+    assert shapely.MultiPoint(inside).convex_hull.contains(shapely.Point(4.6, 4.6))

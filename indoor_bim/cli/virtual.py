@@ -22,6 +22,7 @@ class House(StrEnum):
     ROOM = "room"
     OFFICE = "office"
     STOREYS = "two-storeys"
+    ROUNDED = "rounded"
 
 
 class Profile(StrEnum):
@@ -98,6 +99,13 @@ def _scan(building: House, profile: Profile, points: int, seed: int, folder: Pat
 
 
 def _house(name: House) -> Building:
-    from indoor_bim.simulate import demo_house, office_floor, single_room, two_storeys
+    from indoor_bim.simulate import demo_house, office_floor, rounded_house, single_room, two_storeys
 
-    return {House.DEMO: demo_house, House.ROOM: single_room, House.OFFICE: office_floor, House.STOREYS: two_storeys}[name]()
+    houses = {
+        House.DEMO: demo_house,
+        House.ROOM: single_room,
+        House.OFFICE: office_floor,
+        House.STOREYS: two_storeys,
+        House.ROUNDED: rounded_house,
+    }
+    return houses[name]()

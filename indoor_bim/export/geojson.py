@@ -87,7 +87,8 @@ def _features(building: Building, storey: Storey, to_map: NDArray[np.float64]) -
     for room in storey.rooms:
         yield feature("room", room, room.outline.polygon, room.floor, **_room(room))
     for wall in storey.walls:
-        yield feature("wall", wall, region(wall.footprint), wall.base, **_wall(wall))
+        curve = next((curve.id for curve in storey.curves if wall.id in curve.walls), None)
+        yield feature("wall", wall, region(wall.footprint), wall.base, curve=curve, **_wall(wall))
         for opening in wall.openings:
             shape = shapely.Polygon(opening_region(wall, opening)).intersection(region(wall.footprint))
             yield feature(opening.kind, opening, shape, wall.base + opening.sill, **_opening(opening, wall))

@@ -10,7 +10,7 @@ from indoor_bim.export.ifc_openings import FillingTypes, add_opening
 from indoor_bim.export.ifc_properties import add_common, add_evidence, add_properties, add_quantities
 from indoor_bim.export.ifc_walls import WallType, add_wall, connect, millimetres
 from indoor_bim.export.ifc_zones import add_zones
-from indoor_bim.model import Column, Outline, Room, Slab, Storey
+from indoor_bim.model import Column, Curve, Outline, Room, Slab, Storey
 
 
 def add_storey_elements(
@@ -39,6 +39,8 @@ def add_storey_elements(
         for opening in wall.openings:
             contained.extend(add_opening(ifc, opening, wall, walls[wall.id], filling_types))
     connect(ifc, storey.joints, walls)
+    for curve in storey.curves:
+        _say_curve(ifc, curve, [walls[wall] for wall in curve.walls])
     slabs = [_add_slab(ifc, slab, container, storey.elevation) for slab in storey.slabs]
     columns = [_add_column(ifc, column, container, storey.elevation) for column in storey.columns]
     spaces = [_add_space(ifc, room, container, storey.elevation) for room in storey.rooms]
@@ -48,6 +50,24 @@ def add_storey_elements(
         ifc.root("IfcRelContainedInSpatialStructure", storey.id, RelatedElements=contained, RelatingStructure=container)
     ifc.aggregate(container, spaces, f"{storey.id}/spaces")
     add_zones(ifc, storey, spaces)
+
+
+def _say_curve(ifc: IfcFile, curve: Curve, walls: list[Entity]) -> None:
+    for wall in walls:
+        add_properties(
+            ifc,
+            wall,
+            "IndoorBim_Curve",
+            {
+                "Curve": ("IfcIdentifier", curve.id),
+                "CentreX": ("IfcLengthMeasure", curve.centre[0]),
+                "CentreY": ("IfcLengthMeasure", curve.centre[1]),
+                "Radius": ("IfcPositiveLengthMeasure", curve.radius),
+                "RadiusSigma": None if curve.radius_sigma is None else ("IfcLengthMeasure", curve.radius_sigma),
+                "Deviation": None if curve.deviation is None else ("IfcLengthMeasure", curve.deviation),
+                "ChainDeviation": ("IfcLengthMeasure", curve.chain_deviation),
+            },
+        )
 
 
 def _add_slab(ifc: IfcFile, slab: Slab, container: Entity, elevation: float) -> Entity:

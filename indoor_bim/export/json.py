@@ -191,13 +191,16 @@ def _dangling(building: Building) -> Iterator[str]:
     for i, storey in enumerate(building.storeys):
         walls = {wall.id for wall in storey.walls}
         used.update([storey.id])
-        used.update(element.id for group in (storey.walls, storey.columns, storey.rooms, storey.slabs) for element in group)
+        used.update(element.id for group in (storey.walls, storey.curves, storey.columns, storey.rooms, storey.slabs) for element in group)
         used.update(opening.id for wall in storey.walls for opening in wall.openings)
         for j, joint in enumerate(storey.joints):
             if len(joint.walls) != len(joint.ends):
                 yield f"storeys[{i}].joints[{j}].ends: expected one for each of the {len(joint.walls)} walls, found {len(joint.ends)}"
             for missing in sorted(set(joint.walls) - walls):
                 yield f'storeys[{i}].joints[{j}].walls: there is no wall "{missing}" in the storey'
+        for j, curve in enumerate(storey.curves):
+            for missing in sorted(set(curve.walls) - walls):
+                yield f'storeys[{i}].curves[{j}].walls: there is no wall "{missing}" in the storey'
         for j, room in enumerate(storey.rooms):
             for missing in sorted(set(room.walls) - walls):
                 yield f'storeys[{i}].rooms[{j}].walls: there is no wall "{missing}" in the storey'

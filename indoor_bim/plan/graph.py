@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.curve import Curve
+from indoor_bim.plan.curved_walls import pieces_of_curves
 from indoor_bim.plan.walls import Walls
 
 if TYPE_CHECKING:
@@ -20,6 +23,7 @@ End = Literal["start", "end", "path"]
 STEP_COS = np.cos(np.radians(5.0))  # walls that go on after a step differ less than this in direction
 CRACK = 0.10  # metres between walls beside each other that does not open a room
 MEETING_SINE = np.sin(np.radians(12.0))  # axes that differ less than this in direction do not meet
+CURVED_SINE = np.sin(np.radians(2.0))  # the same for pieces of curved walls
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +35,9 @@ class Meeting:
     ends: tuple[End, ...]
 
 
-def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tuple[Walls, tuple[Meeting, ...]]:
+def join_walls(
+    walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0, curves: Sequence[Curve] = ()
+) -> tuple[Walls, tuple[Meeting, ...]]:
     """Move wall ends to the axes of the walls they meet.
 
     An end meets another wall when the intersection of the axes is no farther from it than half that wall's thickness plus
@@ -48,6 +54,8 @@ def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tu
     far_snap : float
         Slack for ends that meet nothing within `snap`, such as corners behind cupboards, metres. No wall is prolonged by more
         than its own length to a corner; a step is closed over as much.
+    curves : sequence of Curve
+        Curves that walls are pieces of: these meet at small angles as well.
 
     Returns
     -------
@@ -58,9 +66,10 @@ def join_walls(walls: Walls, *, snap: float = 0.30, far_snap: float = 0.0) -> tu
     """
     walls = split_crossings(walls, snap=snap)
     ends = [(a, e) for a in range(len(walls)) for e in (0, 1)]
-    choice = {(a, e): _choose(walls, a, e, snap=snap) for a, e in ends}
+    curved = pieces_of_curves(walls, curves)[0] >= 0
+    choice = {(a, e): _choose(walls, a, e, snap=snap, curved=curved) for a, e in ends}
     if far_snap > snap:
-        choice |= {(a, e): _choose(walls, a, e, snap=far_snap, outwards=True) for a, e in ends if choice[a, e] is None}
+        choice |= {(a, e): _choose(walls, a, e, snap=far_snap, curved=curved, outwards=True) for a, e in ends if choice[a, e] is None}
     p, q = walls.p.copy(), walls.q.copy()
     for (a, e), found in choice.items():
         if found is not None:
@@ -183,13 +192,13 @@ def wall_graph(walls: Walls, meetings: tuple[Meeting, ...]) -> nx.Graph:
     return graph
 
 
-def _choose(walls: Walls, a: int, end: int, *, snap: float, outwards: bool = False) -> tuple[int, Floats] | None:
+def _choose(walls: Walls, a: int, end: int, *, snap: float, curved: NDArray[np.bool_], outwards: bool = False) -> tuple[int, Floats] | None:
     """The wall that an end meets, and where: the least movement wins, then the thicker wall."""
     d = walls.direction
     tip = walls.q[a] if end else walls.p[a]
     out = d[a] if end else -d[a]
     cross = out[0] * d[:, 1] - out[1] * d[:, 0]
-    usable = np.abs(cross) > MEETING_SINE
+    usable = np.abs(cross) > np.where(curved | curved[a], CURVED_SINE, MEETING_SINE)
     usable[a] = False
     rows = np.flatnonzero(usable)
     if not len(rows):

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.curve import Curve
 from indoor_bim.plan.graph import Meeting, join_walls
 from indoor_bim.plan.walls import Walls
 
@@ -86,7 +88,9 @@ def swallowed(polygons: list[shapely.Polygon]) -> NDArray[np.bool_]:
     return out
 
 
-def join_without_overlaps(walls: Walls, *, snap: float, far_snap: float) -> tuple[Walls, tuple[Meeting, ...], list[shapely.Polygon]]:
+def join_without_overlaps(
+    walls: Walls, *, snap: float, far_snap: float, curves: Sequence[Curve] = ()
+) -> tuple[Walls, tuple[Meeting, ...], list[shapely.Polygon]]:
     """Join walls and leave out those that others make needless.
 
     Parameters
@@ -95,6 +99,8 @@ def join_without_overlaps(walls: Walls, *, snap: float, far_snap: float) -> tupl
         Walls in metres.
     snap, far_snap : float
         Slack of corners, as in `join_walls`, metres.
+    curves : sequence of Curve
+        Curves that walls are pieces of.
 
     Returns
     -------
@@ -106,7 +112,7 @@ def join_without_overlaps(walls: Walls, *, snap: float, far_snap: float) -> tupl
         Their footprints.
     """
     while True:
-        joined, meetings = join_walls(walls, snap=snap, far_snap=far_snap)
+        joined, meetings = join_walls(walls, snap=snap, far_snap=far_snap, curves=curves)
         outlines = footprints(joined, meetings)
         needless = swallowed(outlines)
         if not needless.any():

@@ -107,7 +107,8 @@ def room_outlines(
         polygons = [shapely.Polygon(ring.corners) if len(ring.corners) > 2 else shapely.Polygon() for ring in rings]
         outer = int(np.argmax([polygon.area for polygon in polygons]))
         holes = tuple(ring for k, ring in enumerate(rings) if k != outer and polygons[k].area > min_column_area and standing[k] > 0.5)
-        outline = RoomOutline(straighten(rings[outer]), holes)
+        straight = straighten(rings[outer])
+        outline = RoomOutline(straight if shapely.Polygon(straight.corners).is_valid else rings[outer], holes)
         polygon = outline.polygon
         if (
             polygon.area >= min_area

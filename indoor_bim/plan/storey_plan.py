@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Self
 
+from indoor_bim.plan.curve import Curve
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.segments import Segments
 
@@ -34,6 +35,8 @@ class StoreyPlan:
         True under a pitched roof: `ceiling` is its highest point.
     columns : tuple of shapely.Polygon
         Outlines of free-standing columns.
+    curves : tuple of Curve
+        Circles that the faces of curved walls lie on.
     warnings : tuple of str
         What was not seen or is doubtful.
     """
@@ -46,6 +49,7 @@ class StoreyPlan:
     room_levels: tuple[tuple[float, float], ...] = ()
     pitched: bool = False
     columns: tuple[shapely.Polygon, ...] = ()
+    curves: tuple[Curve, ...] = ()
     warnings: tuple[str, ...] = ()
 
     def lowered(self, height: float) -> Self:

@@ -99,7 +99,7 @@ def _storey_pairs(result: Building, truth: Building) -> list[tuple[Storey | None
 
 def _emptied(storey: Storey | None) -> Storey:
     assert storey is not None
-    return replace(storey, walls=(), joints=(), columns=(), rooms=(), slabs=())
+    return replace(storey, walls=(), joints=(), curves=(), columns=(), rooms=(), slabs=())
 
 
 def _measure(result: Storey, truth: Storey) -> _Measured:

@@ -56,6 +56,14 @@ def _placed_storey(storey: Storey, move: NDArray[np.float64]) -> Storey:
         elevation=height(storey.elevation, centre),
         walls=tuple(walls),
         joints=tuple(replace(joint, point=ring((joint.point,), storey.elevation)[0]) for joint in storey.joints),
+        curves=tuple(
+            replace(
+                c,
+                centre=ring((c.centre,), storey.elevation)[0],
+                ends=(ring(c.ends, storey.elevation)[0], ring(c.ends, storey.elevation)[1]),
+            )
+            for c in storey.curves
+        ),
         columns=tuple(replace(c, footprint=ring(c.footprint, c.base), base=height(c.base, c.footprint[0])) for c in storey.columns),
         rooms=tuple(replace(r, outline=outline(r.outline, r.floor), floor=height(r.floor, r.outline.exterior[0])) for r in storey.rooms),
         slabs=tuple(replace(s, outline=outline(s.outline, s.level), level=height(s.level, s.outline.exterior[0])) for s in storey.slabs),

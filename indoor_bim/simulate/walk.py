@@ -84,13 +84,19 @@ def walk_path(building: Building) -> Points:
 
 
 def stations(building: Building, *, spacing: float = 6.0) -> Points:
-    """Tripod positions (m, 3) on the floor: every room has one, long rooms one every `spacing` metres."""
+    """Tripod positions (m, 3) on the floor: every room has one, long rooms and those that lead round others one every `spacing` metres."""
     import shapely
 
     positions = []
     for storey in building.storeys:
         for room in storey.rooms:
             polygon = room.outline.polygon
+            if _leads_round(polygon):
+                way = shapely.LinearRing(_round(polygon))
+                count = int(np.ceil(way.length / spacing))
+                clear = shapely.get_coordinates(shapely.line_interpolate_point(way, (np.arange(count) + 0.5) / count, normalized=True))
+                positions.append(np.column_stack([clear, np.full(len(clear), storey.elevation)]))
+                continue
             a, b, c = np.asarray(shapely.minimum_rotated_rectangle(polygon).exterior.coords)[:3]
             if np.linalg.norm(b - a) < np.linalg.norm(c - b):
                 a, b, c = b, c, a + c - b
@@ -186,9 +192,16 @@ def _round(floor: shapely.Polygon) -> list[Point2]:
 
     for inset in (1.1, 0.8, 0.45, 0.3):
         parts = [part for part in shapely.get_parts(floor.buffer(-inset, join_style="mitre").simplify(0.05)) if part.area > 0.01]
-        if parts:
+        if parts and not (_leads_round(floor) and len(parts) > 1):
             return list(max(parts, key=lambda part: part.area).exterior.coords[:-1])
     return [shapely.maximum_inscribed_circle(floor).coords[0]]
+
+
+def _leads_round(floor: shapely.Geometry) -> bool:
+    """Whether a floor has a hole that a room may stand in."""
+    import shapely
+
+    return any(shapely.Polygon(ring).area > 2.0 for part in shapely.get_parts(floor) for ring in part.interiors)
 
 
 def _connect(graph: nx.Graph, nodes: list[Point2], clear: shapely.Geometry) -> None:
