@@ -75,6 +75,18 @@ def test_the_order_of_the_points_changes_nothing(both):
     assert openings(shuffled) == openings(both)
 
 
+def test_the_number_of_threads_changes_nothing(both, monkeypatch):
+    wall = both.storey.walls[0]
+    twice = replace(both.storey, walls=(wall, replace(wall, id="S1-W002", axis=wall.axis[::-1]), replace(wall, id="S1-W003", base=0.1)))
+    found = []
+    for threads in (1, 3):
+        for module in ("wall_views", "plan.wall_rays", "plan.scanner_path"):
+            monkeypatch.setattr(f"indoor_bim.{module}.threads_for", lambda _, threads=threads: threads)
+        found.append(find_openings(twice, both.points, **both.given()))
+    assert found[0] == found[1]
+    assert all(len(wall.openings) == 2 for wall in found[0].walls)
+
+
 def test_a_wall_drawn_the_other_way_has_the_same_openings_mirrored(both):
     wall = both.storey.walls[0]
     turned = replace(both, storey=replace(both.storey, walls=(replace(wall, axis=wall.axis[::-1]),)))

@@ -32,7 +32,21 @@ HIDING_COLUMN = 0.05  # metres along a wall
 
 
 def reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
-    """True where below the hole no face was hit, unless something hides it and hardly a ray went in there."""
+    """True where below the hole no face was hit, unless something hides it and hardly a ray went in there.
+
+    Parameters
+    ----------
+    hole : Hole
+        Rectangle to the nearest cell.
+    bottom : Edge
+        Its lower edge.
+    where : Traces
+        Rays at the wall.
+    around : ((n,), (n,), (n,)) float64
+        Points around the wall: along, across, up; metres.
+    thickness : float
+        Thickness of the wall, metres.
+    """
     if hole.bottom < THRESHOLD:
         return True
     inset = min(0.1, hole.width / 4)
@@ -52,7 +66,19 @@ def reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats,
 
 
 def low_sill(start: float, end: float, rays: WallRays, *, tolerance: float, thickness: float) -> float | None:
-    """Level of the sill of a window that begins close above the floor; None where the floor goes on into the wall."""
+    """Level of the sill of a window that begins close above the floor; None where the floor goes on into the wall.
+
+    Parameters
+    ----------
+    start, end : float
+        Jambs, metres along the wall.
+    rays : WallRays
+        Rays at the wall, with corrected depths.
+    tolerance : float
+        Hits closer than this to a face are on it, metres.
+    thickness : float
+        Thickness of the wall, metres.
+    """
     inset = min(GLASS_INSET, (end - start) / 4)
     low = np.flatnonzero((rays.up_end < THRESHOLD) & (rays.depth > tolerance))
     along, depth = rays.along_end.take(low), rays.depth.take(low)
@@ -68,7 +94,17 @@ def low_sill(start: float, end: float, rays: WallRays, *, tolerance: float, thic
 
 
 def shows_threshold(hole: Hole, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
-    """True where the floor goes on through the wall below a hole."""
+    """True where the floor goes on through the wall below a hole.
+
+    Parameters
+    ----------
+    hole : Hole
+        Rectangle to the nearest cell.
+    around : ((n,), (n,), (n,)) float64
+        Points around the wall: along, across, up; metres.
+    thickness : float
+        Thickness of the wall, metres.
+    """
     on_floor = _rows_within(around, hole.start, hole.end, -LOWEST_SILL, LOWEST_SILL)
     along, across = around[0].take(on_floor), around[1].take(on_floor)
     within = np.abs(across) < thickness / 2 - LEAF_SPREAD
@@ -78,7 +114,15 @@ def shows_threshold(hole: Hole, around: tuple[Floats, Floats, Floats], *, thickn
 
 
 def is_flush(hole: Hole, where: Traces) -> bool:
-    """True where one face runs on over a hole that the other side shows."""
+    """True where one face runs on over a hole that the other side shows.
+
+    Parameters
+    ----------
+    hole : Hole
+        Rectangle to the nearest cell.
+    where : Traces
+        Rays at the wall.
+    """
     inset = GLASS_INSET
     over = where.hits_within(hole.start + inset, hole.end - inset, hole.bottom + inset, hole.top - inset)
     hits = zip(over, where.entered_within(hole.start, hole.end, hole.bottom, hole.top), strict=True)
@@ -86,7 +130,17 @@ def is_flush(hole: Hole, where: Traces) -> bool:
 
 
 def is_leaf(depth: NDArray, side: NDArray, wall: WallBox, *, flush: bool) -> bool:
-    """True where rays ended on one plane within the wall; no farther from a face that runs on behind it than a leaf is thick."""
+    """True where rays ended on one plane within the wall; no farther from a face that runs on behind it than a leaf is thick.
+
+    Parameters
+    ----------
+    depth, side : (n,) array
+        How far behind the face the rays into the hole ended, metres, and the side that they came from: 1 left, -1 right.
+    wall : WallBox
+        Wall.
+    flush : bool
+        True where one face runs on over the hole.
+    """
     for mine in (depth[side == 1], depth[side == -1]):
         if len(mine) < FEW:
             continue
@@ -98,7 +152,19 @@ def is_leaf(depth: NDArray, side: NDArray, wall: WallBox, *, flush: bool) -> boo
 
 
 def is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) -> bool:
-    """True where far fewer rays returned from within the hole than from the wall around it, from either side."""
+    """True where far fewer rays returned from within the hole than from the wall around it, from either side.
+
+    Parameters
+    ----------
+    hole : Hole
+        Rectangle to the nearest cell.
+    rays : WallRays
+        Rays at the wall, with corrected depths.
+    where : Traces
+        The same rays, split.
+    tolerance : float
+        Hits closer than this to a face are on it, metres.
+    """
     inset = min(GLASS_INSET, hole.width / 4, hole.height / 4)
     inside = rows_into(rays, hole.start + inset, hole.end - inset, hole.bottom + inset, hole.top - inset, deeper=tolerance)
     area = (hole.width - 2 * inset) * (hole.height - 2 * inset)
@@ -111,7 +177,19 @@ def is_glass(hole: Hole, rays: WallRays, where: Traces, *, tolerance: float) -> 
 
 
 def has_pane(hole: Hole, rays: WallRays, *, tolerance: float, thickness: float) -> bool:
-    """True where some of the rays into the middle of a hole ended there within the wall: on glass, mullions or transoms."""
+    """True where some of the rays into the middle of a hole ended there within the wall: on glass, mullions or transoms.
+
+    Parameters
+    ----------
+    hole : Hole
+        Rectangle to the nearest cell.
+    rays : WallRays
+        Rays at the wall, with corrected depths.
+    tolerance : float
+        Hits closer than this to a face are on it, metres.
+    thickness : float
+        Thickness of the wall, metres.
+    """
     inset = min(GLASS_INSET, hole.width / 4, hole.height / 4)
 
     middle = (hole.start + inset, hole.end - inset, hole.bottom + inset, hole.top - inset)
@@ -123,7 +201,21 @@ def has_pane(hole: Hole, rays: WallRays, *, tolerance: float, thickness: float) 
 
 
 def rows_into(rays: WallRays, start: float, end: float, bottom: float, top: float, *, deeper: float) -> Ints:
-    """Rows of the rays that met the face within a rectangle and ended deeper than that behind it, metres."""
+    """Rows of the rays that met the face within a rectangle and ended deeper than so far behind it.
+
+    Parameters
+    ----------
+    rays : WallRays
+        Rays at the wall, with corrected depths.
+    start, end, bottom, top : float
+        Sides of the rectangle, metres.
+    deeper : float
+        Metres behind the face.
+
+    Returns
+    -------
+    (m,) int64
+    """
     from indoor_bim.plan.opening_loops import rays_into
 
     rows = np.zeros(len(rays), dtype=np.int64)

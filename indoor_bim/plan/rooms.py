@@ -132,4 +132,4 @@ def observed_share(polygon: shapely.Polygon, seen: Raster) -> float:
     image = seen.image[rows, columns]
     first = np.maximum(-low, 0)
     under = inside[first[0] :, first[1] :][: image.shape[0], : image.shape[1]]
-    return float(np.count_nonzero(under[image != 0]) / max(np.count_nonzero(inside), 1))
+    return float((under[image != 0] > 0).sum()) / max(float(inside.sum()), 1.0)
