@@ -29,6 +29,12 @@ class ReadParams(Stage):
     crs: str | None = Field(
         None, pattern=r"^EPSG:\d+$", description="Coordinate reference system of the scan, as EPSG:code; none: from the file, if it says."
     )
+    title: str | None = Field(
+        None,
+        min_length=1,
+        max_length=120,
+        description="Name of the building in drawings and IFC; none: that of the file, or of its folder.",
+    )
     per_cube: int | None = Field(
         None,
         ge=1,

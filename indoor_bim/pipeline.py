@@ -15,6 +15,7 @@ from indoor_bim.methods import METHODS, Reconstruction
 from indoor_bim.model import Building
 from indoor_bim.params import Params
 from indoor_bim.stages import Progress, Stages
+from indoor_bim.title import building_name
 
 if TYPE_CHECKING:
     from indoor_bim.cloud.cloud import Cloud
@@ -123,10 +124,11 @@ def reconstruct(
         found = METHODS[method](cloud, params, stages)
     except NothingToReconstructError as error:
         failure = NothingToReconstructError(f"{cloud.source}: {str(error).removeprefix(f'{cloud.source}: ')}")
-    building = _building(cloud, found, method=method, failure=failure)
+    name = params.read.title or building_name(scan, source=cloud.source)
+    building = _building(cloud, found, name=name, method=method, failure=failure)
     if failure is None and not any(storey.walls for storey in building.storeys):
         failure = NothingToReconstructError(f"{cloud.source}: found no wall; expected the scan of a building from inside.")
-        building = _building(cloud, found, method=method, failure=failure)
+        building = _building(cloud, found, name=name, method=method, failure=failure)
     derived = {**cloud.derived, **found.derived}
     doubts: tuple[str, ...] = ()
     if folder is not None:
@@ -162,14 +164,14 @@ def _write_wall_pictures(building: Building, cloud: Cloud, folder: Path) -> None
         write_wall_pictures(storey, points, folder, trajectory=path, gps_time=cloud.gps_time)
 
 
-def _building(cloud: Cloud, found: Reconstruction, *, method: str, failure: NothingToReconstructError | None) -> Building:
+def _building(cloud: Cloud, found: Reconstruction, *, name: str, method: str, failure: NothingToReconstructError | None) -> Building:
     """Building model of what a method found."""
     warnings = [*cloud.warnings, *found.warnings, *([str(failure)] if failure else [])]
     storeys = () if failure else found.storeys
     if storeys and not any(storey.rooms for storey in storeys):
         warnings.append("No walls close a room: the scan shows too little of every room, or a building from outside.")
     building = Building(
-        name=Path(cloud.source).stem or "Building",
+        name=name,
         storeys=storeys,
         transform_cloud_to_model=found.frame.rows(),
         crs=cloud.crs,

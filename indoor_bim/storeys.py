@@ -15,7 +15,7 @@ from indoor_bim.plan.face_accuracy import face_accuracy
 from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside, stand_before_others
 from indoor_bim.plan.joints import footprints, join_without_overlaps
-from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
+from indoor_bim.plan.rooms import known_rooms, observed_share, reading_order, room_polygons
 from indoor_bim.plan.shared_thickness import share_thickness
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.walls import Walls, walls_from_faces
@@ -98,7 +98,7 @@ def storey_from_plan(
     rooms += [room for room in room_polygons(outlines) if not any(room.intersection(other).area > 0.1 * room.area for other in rooms)]
     seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]
     least = [LOOKED_INTO if k < known or not known else ENTERED for k in range(len(rooms))]
-    kept = [k for k in range(len(rooms)) if seen[k] >= least[k]]
+    kept = [k for k in reading_order(rooms) if seen[k] >= least[k]]
     warnings = list(plan.warnings)
     floor, ceiling = _levels(plan, walls, warnings)
     storey = build_storey(

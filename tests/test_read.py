@@ -9,6 +9,7 @@ import pytest
 
 from indoor_bim.cloud.cloud import Cloud
 from indoor_bim.cloud.las import iterate_chunks
+from indoor_bim.cloud.raw import as_intensity
 from indoor_bim.cloud.read import as_cloud, read
 from indoor_bim.cloud.scan_info import info
 from indoor_bim.cloud.write import write_las, write_ply
@@ -173,6 +174,43 @@ def test_las_reference_from_geotiff_keys(tmp_path):
     las.xyz = box_points()
     las.write(tmp_path / "scan.las")
     assert read(tmp_path / "scan.las").crs == "EPSG:25832"
+
+
+def test_intensity_comes_from_ply_and_e57(tmp_path):
+    points = np.random.default_rng(2).uniform(0, 3, (50, 3))
+    strength = np.linspace(0, 1, 50)
+    rows = "\n".join(" ".join(map(str, [*point, value])) for point, value in zip(points, strength, strict=True))
+    columns = "".join(f"property double {name}\n" for name in ("x", "y", "z", "scalar_Intensity"))
+    (tmp_path / "a.ply").write_text(f"ply\nformat ascii 1.0\nelement vertex 50\n{columns}end_header\n{rows}\n")
+    expected = np.rint(strength * 65535).astype(np.uint16)
+    assert np.array_equal(read(tmp_path / "a.ply").intensity, expected)
+    pye57 = pytest.importorskip("pye57")
+    data = {"cartesianX": points[:, 0], "cartesianY": points[:, 1], "cartesianZ": points[:, 2]}
+    with pye57.E57(str(tmp_path / "a.e57"), mode="w") as file:
+        file.write_scan_raw({**data, "intensity": strength})
+    assert np.abs(read(tmp_path / "a.e57").intensity.astype(int) - expected).max() <= 1
+    with pye57.E57(str(tmp_path / "b.e57"), mode="w") as file:
+        file.write_scan_raw({**data, "intensity": strength})
+        file.write_scan_raw(data)
+    assert read(tmp_path / "b.e57").intensity is None
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ([3, 5, 65535], [3, 5, 65535]),
+        ([0, 131070], [0, 65535]),
+        ([-2.0, 0.0, 2.0], [0, 2, 4]),
+        ([np.nan, 0.5, 1.0], [0, 32768, 65535]),
+    ],
+)
+def test_intensity_in_16_bits(values, expected):
+    assert as_intensity(np.array(values)).tolist() == expected
+
+
+@pytest.mark.parametrize("values", [[7.0, 7.0], [np.nan, np.inf]])
+def test_intensity_that_tells_nothing(values):
+    assert as_intensity(np.array(values)) is None
 
 
 def test_e57_applies_poses_of_all_scans(tmp_path):

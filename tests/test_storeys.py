@@ -9,7 +9,7 @@ import pytest
 import shapely
 from plans import box, faces_of_rooms
 
-from indoor_bim.plan.rooms import known_rooms
+from indoor_bim.plan.rooms import known_rooms, reading_order
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.storeys import storey_from_plan
 
@@ -45,3 +45,15 @@ def test_a_room_has_no_spike_between_walls_that_all_but_touch():
     assert room.bounds[0] == pytest.approx(0, abs=0.002)
     whole = shapely.box(0, 0, 4, 3)
     assert known_rooms([whole], [shapely.box(20, 0, 21, 1)])[0].equals(whole)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_rooms_are_numbered_as_one_reads(seed):
+    """Two rows of rooms on either side of a corridor, one room twice as deep as its neighbours."""
+    north = [shapely.box(5 * k, 9, 5 * k + 4.8, 14 + 0.004 * k) for k in range(5)]
+    south = [shapely.box(5 * k, 0 if k != 2 else 3, 5 * k + 4.8, 6) for k in range(5)]
+    rooms = [*north, shapely.box(0, 6.2, 25, 8.8), *south]
+    mixed = np.random.default_rng(seed).permutation(len(rooms))
+    order = reading_order([rooms[k] for k in mixed])
+    assert [int(mixed[k]) for k in order] == list(range(11))
+    assert reading_order([]) == []

@@ -41,6 +41,9 @@ def reconstruct(
     crs: Annotated[
         str | None, typer.Option(metavar="EPSG:CODE", help="Coordinate reference system of the scan. Default: what the file says.")
     ] = None,
+    title: Annotated[
+        str | None, typer.Option(metavar="NAME", help="Name of the building. Default: that of the file, or of its folder.")
+    ] = None,
     max_memory: Annotated[
         str | None,
         typer.Option(
@@ -61,12 +64,18 @@ def reconstruct(
 
     Needs no parameters: `indoor-bim reconstruct scan.laz -o out`
     """
+    import json
+
     from indoor_bim.config import load_params
     from indoor_bim.pipeline import DEFAULT_METHOD
     from indoor_bim.pipeline import reconstruct as run
 
     set_up_messages(quiet=quiet, verbose=verbose)
-    given = {"crs": crs, "max_memory": None if max_memory is None else gigabytes(max_memory)}
+    given = {
+        "title": None if title is None else json.dumps(title),
+        "crs": crs,
+        "max_memory": None if max_memory is None else gigabytes(max_memory),
+    }
     sets = [f"read.{name}={value}" for name, value in given.items() if value is not None]
     params = load_params(config, [*(set_ or ()), *sets], preset)
     formats = [kind.strip().lower() for kind in to.split(",") if kind.strip()]

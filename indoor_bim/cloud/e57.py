@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from indoor_bim.cloud.raw import RawScan
+from indoor_bim.cloud.raw import RawScan, as_intensity
 from indoor_bim.errors import ReadError
 
 
@@ -33,14 +33,16 @@ def read_e57(path: Path, progress: Callable[[float], None] | None = None) -> Raw
         import pye57
     except ImportError as error:
         raise ReadError(f"{path}: reading E57 needs the package pye57; install it (pip install pye57) or save the scan as LAZ") from error
-    points, stations = [], []
+    points, strengths, stations = [], [], []
     try:
         file57 = pye57.E57(str(path))
         try:
             for index in range(file57.scan_count):
                 header = file57.get_header(index)
-                scan = file57.read_scan(index, transform=True, ignore_missing_fields=True)
+                scan = file57.read_scan(index, intensity=True, transform=True, ignore_missing_fields=True)
                 points.append(np.stack([np.asarray(scan[f"cartesian{axis}"], dtype=np.float64) for axis in "XYZ"], axis=1))
+                if "intensity" in scan:
+                    strengths.append(np.asarray(scan["intensity"], dtype=np.float64))
                 if header.has_pose():
                     stations.append(np.asarray(header.translation, dtype=np.float64))
                 if progress is not None:
@@ -49,4 +51,9 @@ def read_e57(path: Path, progress: Callable[[float], None] | None = None) -> Raw
             file57.close()
     except Exception as error:
         raise ReadError(f"{path}: the E57 file is damaged or cut short ({' '.join(str(error).split())[:120]}); export it again") from error
-    return RawScan(np.concatenate(points) if points else np.zeros((0, 3)), stations=np.array(stations) if stations else None)
+    told = bool(points) and len(strengths) == len(points)
+    return RawScan(
+        np.concatenate(points) if points else np.zeros((0, 3)),
+        stations=np.array(stations) if stations else None,
+        intensity=as_intensity(np.concatenate(strengths)) if told else None,
+    )

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.raw import RawScan
+from indoor_bim.cloud.raw import RawScan, as_intensity
 from indoor_bim.errors import ReadError
 
 TYPES = {
@@ -34,6 +34,7 @@ TYPES = {
 }
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 TIME_NAMES = ("gps_time", "gpstime", "time", "timestamp", "scalar_gpstime", "scalar_time", "scalar_timestamp")
+INTENSITY_NAMES = ("intensity", "scalar_intensity", "reflectance", "scalar_reflectance")
 CLASS_NAMES = ("classification", "class", "label", "scalar_classification")
 
 
@@ -77,9 +78,10 @@ def read_ply(path: Path, progress: Callable[[float], None] | None = None) -> Raw
     points = np.stack([np.asarray(column[axis], dtype=np.float64) for axis in "xyz"], axis=1)
     time = next((np.asarray(column[name], dtype=np.float64) for name in TIME_NAMES if name in column), None)
     classes = next((column[name] for name in CLASS_NAMES if name in column), None)
+    strength = next((as_intensity(column[name]) for name in INTENSITY_NAMES if name in column), None)
     if progress is not None:
         progress(1.0)
-    return RawScan(points, time, as_classes(classes))
+    return RawScan(points, time, as_classes(classes), intensity=strength)
 
 
 def as_classes(values: NDArray | None) -> NDArray[np.uint8] | None:

@@ -40,3 +40,37 @@ class RawScan:
     unit: str | None = None
     per_cube: int | None = None
     intensity: NDArray[np.uint16] | None = None
+
+
+def as_intensity(values: NDArray) -> NDArray[np.uint16] | None:
+    """Strengths of returns as 16 bits: whole numbers that fit as they are, others scaled so that the strongest is 65535.
+
+    Parameters
+    ----------
+    values : (n,) array
+        Strengths in any unit; what is not finite counts as none.
+
+    Returns
+    -------
+    (n,) uint16 or None
+        None where all are equal and tell nothing.
+
+    Examples
+    --------
+    >>> as_intensity(np.array([0.0, 0.5, 1.0])).tolist()
+    [0, 32768, 65535]
+    >>> as_intensity(np.array([-2048, 0, 2047])).tolist()
+    [0, 2048, 4095]
+    """
+    strength = np.asarray(values, dtype=np.float64)
+    finite = np.isfinite(strength)
+    if not finite.any():
+        return None
+    low, high = float(strength[finite].min()), float(strength[finite].max())
+    if low == high:
+        return None
+    base = min(low, 0.0)
+    strength = np.where(finite, strength, base) - base
+    if high - base > np.iinfo(np.uint16).max or (strength != np.floor(strength)).any():
+        strength *= np.iinfo(np.uint16).max / (high - base)
+    return np.rint(strength).astype(np.uint16)

@@ -100,6 +100,40 @@ def known_rooms(known: Sequence[shapely.Polygon], footprints: list[shapely.Polyg
     return rooms
 
 
+def reading_order(rooms: Sequence[shapely.Polygon], *, precision: float = 0.01) -> list[int]:
+    """Order in which one reads rooms off a plan: rows from the top, each from left to right.
+
+    A row is the room with the highest middle of those left, and all that share more than half of the lower one's extent with it.
+
+    Parameters
+    ----------
+    rooms : sequence of shapely.Polygon
+        Rooms, metres.
+    precision : float
+        Smaller differences do not count, metres.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> reading_order([shapely.box(0, 0, 4, 3), shapely.box(5, 4.2, 9, 7), shapely.box(0, 4, 4, 7)])
+    [2, 1, 0]
+    """
+    bounds = np.rint(np.array([room.bounds for room in rooms]).reshape(-1, 4) / precision).astype(np.int64).tolist()
+    left = sorted(range(len(rooms)), key=lambda k: (-(bounds[k][1] + bounds[k][3]), bounds[k], k))
+    order: list[int] = []
+    while left:
+        first = bounds[left[0]]
+        row = [k for k in left if _beside(bounds[k], first)]
+        order += sorted(row, key=lambda k: (bounds[k][0] + bounds[k][2], -bounds[k][3], bounds[k], k))
+        left = [k for k in left if k not in row]
+    return order
+
+
+def _beside(a: Sequence[int], b: Sequence[int]) -> bool:
+    """Whether two bounding boxes share more than half of the lower one's extent in y."""
+    return 2 * (min(a[3], b[3]) - max(a[1], b[1])) >= min(a[3] - a[1], b[3] - b[1])
+
+
 def _without_spikes(room: shapely.Polygon, *, widest: float = 0.02) -> shapely.Polygon:
     """The room without slits and spikes that are narrower, metres; unchanged where it has none."""
     opened = room.buffer(-widest / 2, join_style="mitre").buffer(widest / 2, join_style="mitre").simplify(0.001)
