@@ -440,13 +440,11 @@ def local_density(seen: NDArray[np.floating], known: Bools, *, cell: float, reac
     weight, steps = known.astype(np.float32), round(reach / cell)
     density: NDArray[np.floating]
     if seen.size > FEW_PIXELS:
-        from indoor_bim.plan.window_loops import largest_around, mean_around
+        from indoor_bim.plan.window_loops import largest_around, share_around
 
-        hit, expected, density = np.zeros((3, *seen.shape), dtype=np.float32)
-        mean_around(np.ascontiguousarray(seen, dtype=np.float32), steps, hit)
-        mean_around(weight, steps, expected)
-        hit /= np.maximum(expected, 0.05, out=expected)
-        largest_around(hit, steps, density)
+        share, density = np.zeros((2, *seen.shape), dtype=np.float32)
+        share_around(np.ascontiguousarray(seen, dtype=np.float32), weight, steps, 0.05, share)
+        largest_around(share, steps, density)
     else:
         from scipy import ndimage
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.evidence import rows_within
 from indoor_bim.plan.raster import Raster
 from indoor_bim.threads import in_threads, threads_for
 
@@ -82,12 +83,12 @@ def room_levels(
         shapely.prepare(core)
         x0, y0, x1, y1 = core.bounds
         near = points[slice(*np.searchsorted(column, [np.floor(x0 / COLUMN), np.floor(x1 / COLUMN) + 1]))]
-        near = near.take(np.flatnonzero((near[:, 0] >= x0) & (near[:, 0] <= x1) & (near[:, 1] >= y0) & (near[:, 1] <= y1)), axis=0)
+        near = near.take(rows_within(near, np.array([x0, y0, max(floor - STEP, low + 0.10)]), np.array([x1, y1, high - 0.10])), axis=0)
         near = near.take(np.flatnonzero(shapely.contains_xy(core, near[:, 0], near[:, 1])), axis=0)
-        below = near[(near[:, 2] > max(floor - STEP, low + 0.10)) & (near[:, 2] < floor + STEP)]
+        below = near[near[:, 2] < floor + STEP]
         foot = _lowest_level(below, core.area)
         foot = floor if foot is None or abs(foot - floor) < SAME_LEVEL else foot
-        above = near[(near[:, 2] > foot + HEADROOM) & (near[:, 2] < high - 0.10)]
+        above = near[near[:, 2] > foot + HEADROOM]
         head = _lowest_level(above, core.area, cover=0.5 if roof is not None else 0.2)
         if head is None and roof is not None:
             head = _highest(roof, core)

@@ -149,15 +149,18 @@ def leave_out(best, thinly, blocks, width, short, long, kept, long_enough):  # t
     for n in range(len(blocks)):
         i, first = blocks[n, 0], blocks[n, 1] * BLOCK
         last = min(first + BLOCK, columns)
-        _sum_along(best, i, first, last, short, along)
+        kept[i, first:last] = best[i, first:last]
         _sum_across(best[i], first, last, width, across)
-        _sum_along(thinly, i, first, last, long, lengthwise)
-        for j in range(first, last):
-            crossing = np.float32(across[j - first] / width)
-            crossed = crossing > max(np.float32(along[j - first] / short), np.float32(0.3))
-            kept[i, j] = np.float32(0) if crossed else best[i, j]
-            ends_soon = np.float32(lengthwise[j - first] / long) < np.float32(0.5)
-            long_enough[i, j] = np.float32(0) if ends_soon else thinly[i, j]
+        if np.float32(across[: last - first].max() / width) > np.float32(0.3):
+            _sum_along(best, i, first, last, short, along)
+            for j in range(first, last):
+                if np.float32(across[j - first] / width) > max(np.float32(along[j - first] / short), np.float32(0.3)):
+                    kept[i, j] = 0
+        if thinly[i, first:last].max() > 0:
+            _sum_along(thinly, i, first, last, long, lengthwise)
+            for j in range(first, last):
+                if not np.float32(lengthwise[j - first] / long) < np.float32(0.5):
+                    long_enough[i, j] = thinly[i, j]
 
 
 @compiled(_image, _image, _blocks, types.int64)
@@ -168,6 +171,8 @@ def join(best, thinly, blocks, width):  # type: ignore[no-untyped-def]
     for n in range(len(blocks)):
         i, first = blocks[n, 0], blocks[n, 1] * BLOCK
         last = min(first + BLOCK, columns)
+        if thinly[i, first:last].max() == 0:
+            continue
         _sum_across(thinly[i], first, last, width, crosswise)
         for j in range(first, last):
             if not np.float32(crosswise[j - first] / width) > np.float32(0.5):

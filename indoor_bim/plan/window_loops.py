@@ -17,31 +17,46 @@ def _mirrored(i, count):  # type: ignore[no-untyped-def]
     return i if i < count else 2 * count - 1 - i
 
 
-@compiled(_image, types.int64, _image)
-def mean_around(image, reach, out):  # type: ignore[no-untyped-def]
-    """Mean of the window up to `reach` around each pixel, as `scipy.ndimage.uniform_filter` takes it: first of columns, then of rows."""
+@inlined
+def _sum_across(line, reach, out):  # type: ignore[no-untyped-def]
+    """Sums of the windows along a line; they are exact, so nothing depends on where they begin."""
+    count = len(line)
+    here = 0.0
+    for j in range(-reach, reach + 1):
+        here += line[_mirrored(j, count)]
+    for j in range(count):
+        out[j] = here
+        gone = line[j - reach] if j >= reach else line[_mirrored(j - reach, count)]
+        come = line[j + reach + 1] if j + reach + 1 < count else line[_mirrored(j + reach + 1, count)]
+        here += np.float64(come) - np.float64(gone)
+
+
+@compiled(_image, _image, types.int64, types.float32, _image)
+def share_around(image, weight, reach, least, out):  # type: ignore[no-untyped-def]
+    """Mean of an image by that of a weight, of `least` at least, in the window up to `reach` around each pixel.
+
+    Means are those of `scipy.ndimage.uniform_filter`: first of columns, then of rows.
+    """
     rows, columns = image.shape
     size = 2 * reach + 1
-    total = np.zeros(columns)
-    means = np.zeros(columns, np.float32)
+    total, total_weight, across, across_weight = np.zeros((4, columns))
+    line, line_weight = np.zeros((2, columns), np.float32)
     for i in range(-reach, reach + 1):
-        row = image[_mirrored(i, rows)]
+        k = _mirrored(i, rows)
         for j in range(columns):
-            total[j] += row[j]
+            total[j] += image[k, j]
+            total_weight[j] += weight[k, j]
     for i in range(rows):
         for j in range(columns):
-            means[j] = total[j] / size
-        gone, come = image[_mirrored(i - reach, rows)], image[_mirrored(i + reach + 1, rows)]
+            line[j], line_weight[j] = total[j] / size, total_weight[j] / size
+        gone, come = _mirrored(i - reach, rows), _mirrored(i + reach + 1, rows)
         for j in range(columns):
-            total[j] += np.float64(come[j]) - np.float64(gone[j])
-        here = 0.0
-        for j in range(-reach, reach + 1):
-            here += means[_mirrored(j, columns)]
+            total[j] += np.float64(image[come, j]) - np.float64(image[gone, j])
+            total_weight[j] += np.float64(weight[come, j]) - np.float64(weight[gone, j])
+        _sum_across(line, reach, across)
+        _sum_across(line_weight, reach, across_weight)
         for j in range(columns):
-            out[i, j] = here / size
-            before = means[j - reach] if j >= reach else means[_mirrored(j - reach, columns)]
-            after = means[j + reach + 1] if j + reach + 1 < columns else means[_mirrored(j + reach + 1, columns)]
-            here += np.float64(after) - np.float64(before)
+            out[i, j] = np.float32(across[j] / size) / max(np.float32(across_weight[j] / size), least)
 
 
 @compiled(_image, types.int64, _image)
