@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from indoor_bim.cloud.extent import bounds
 from indoor_bim.cloud.filters import FEW_POINTS, radius_inliers, radius_inliers_by_tree
 from indoor_bim.cloud.radius_search import count_within
 from indoor_bim.filters import grid_radius_outlier_removal, statistical_outlier_removal
@@ -36,8 +35,9 @@ def brute_force(points, nb_points, radius):
 
 
 def by_cells(points, nb_points, radius, **options):
-    low, high = bounds(points)
-    return count_within(points, low=low, high=high, more_than=nb_points, radius=radius, rounding=1e-6, **options)
+    keep = count_within(points, more_than=nb_points, radius=radius, **options)
+    assert keep is not None
+    return keep
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -69,6 +69,38 @@ def test_radius_filter_on_many_points_equals_its_twin(columns, nb_points, radius
     keep = radius_inliers(points, nb_points=nb_points, radius=radius)
     assert np.array_equal(keep, radius_inliers_by_tree(points, nb_points=nb_points, radius=radius))
     assert 0.02 < keep.mean() < 0.98
+
+
+@pytest.mark.parametrize(
+    ("points", "nb_points", "radius"),
+    [
+        (np.round(walls_with_noise(60_000), 2), 6, 0.05),
+        (np.round(walls_with_noise(60_000) / 0.05) * 0.05 + np.array([5e5, 5.8e6, 0]), 6, 0.05),
+        (walls_with_noise(60_000) * 1000, 1, 3.0),
+        (np.repeat(walls_with_noise(600), 50, axis=0), 49, 0.01),
+        (np.vstack([walls_with_noise(60_000), [[1e5, 1e5, 0]]]), 5, 0.02),
+        (np.insert(walls_with_noise(60_000) + np.array([5e6, 5.8e7, 0]), 0, 0.0, axis=0), 5, 0.02),
+        (np.arange(30_000.0)[:, None] * [0.03, 0, 0], 2, 0.0300001),
+    ],
+    ids=["at the radius", "at the radius, far away", "sparse", "duplicates", "a stray point", "the first point astray", "a line"],
+)
+def test_radius_filter_on_awkward_points_equals_its_twin(points, nb_points, radius):
+    keep = radius_inliers(points, nb_points=nb_points, radius=radius)
+    assert np.array_equal(keep, radius_inliers_by_tree(points, nb_points=nb_points, radius=radius))
+    assert keep.any()
+
+
+def test_the_densest_of_clouds_takes_no_distances():
+    points = np.random.default_rng(3).permutation(np.vstack([walls_with_noise(60_000) * 1e-3, [[0.1, 0.1, 0.1]] * 5]))
+    keep = by_cells(points, 10, 0.02)
+    assert np.array_equal(np.flatnonzero(~keep), np.flatnonzero(points[:, 0] == 0.1))
+
+
+def test_points_too_far_apart_or_nowhere_are_not_searched_by_cells():
+    points = walls_with_noise(3000)
+    for stray in ([1e7, 0, 0], [np.nan, 0, 0], [0, np.inf, 0]):
+        for place in (0, 2000, 3000):
+            assert count_within(np.insert(points, place, stray, axis=0), more_than=3, radius=0.03) is None
 
 
 def test_neither_threads_nor_memory_layout_nor_order_matter():

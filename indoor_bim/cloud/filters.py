@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     import open3d as o3d
 
 ROUNDING = 1e-9
-MOST_CELLS = 2.0**60
 FEW_POINTS = 20_000
 """So many points are searched by tree, sooner than the compiled search is loaded."""
 
@@ -62,9 +61,9 @@ def grid_radius_outlier_removal(pcd: Any, nb_points: int, radius: float, print_p
     Notes
     -----
     Remote Sensing 2021, 13, 4930, section 2.2 (grid radius outlier removal). All neighbours of a point lie in its cell of the grid or
-    in one that touches it: where these hold too few points, no distance is taken; elsewhere only until there are enough neighbours.
-    The tensor class of Open3D
-    counts the point itself; this function does not, whichever class it is given.
+    in one that touches it: where these hold too few points, or an eighth of the cell holds enough, no distance is taken; elsewhere only
+    until there are enough neighbours. The tensor class of Open3D counts the point itself; this function does not, whichever class it is
+    given.
 
     Examples
     --------
@@ -153,25 +152,17 @@ def radius_inliers(points: NDArray[np.float64], *, nb_points: int, radius: float
     (n,) bool
     """
     if len(points) > FEW_POINTS:
-        from indoor_bim.cloud.extent import bounds
-        from indoor_bim.cloud.radius_search import count_within
+        from indoor_bim.cloud.radius_search import MOST_POINTS, count_within
 
-        low, high = bounds(points)
-        finite_bounds = bool(np.isfinite(high - low).all())
-    else:
-        finite_bounds = bool(np.isfinite(points).all())
-    if not finite_bounds:
-        keep = np.zeros(len(points), dtype=np.bool_)
-        finite = np.isfinite(points).all(axis=1)
-        keep[finite] = radius_inliers(points[finite], nb_points=nb_points, radius=radius)
-        return keep
-    if len(points) <= FEW_POINTS:
+        found = count_within(points, more_than=nb_points, radius=radius) if len(points) < MOST_POINTS else None
+        if found is not None:
+            return found
+    finite = np.isfinite(points).all(axis=1)
+    if finite.all():
         return radius_inliers_by_tree(points, nb_points=nb_points, radius=radius)
-    extent, largest = float((high - low).max()), float(np.abs([low, high]).max())
-    rounding = max(ROUNDING, 16 * np.finfo(np.float64).eps * (extent + largest) / radius)
-    if rounding > 0.01 or np.prod((high - low) / radius + 4) >= MOST_CELLS or len(points) >= 2**32:
-        return radius_inliers_by_tree(points, nb_points=nb_points, radius=radius)
-    return count_within(points, low=low, high=high, more_than=nb_points, radius=radius, rounding=rounding)
+    keep = np.zeros(len(points), dtype=np.bool_)
+    keep[finite] = radius_inliers(points[finite], nb_points=nb_points, radius=radius)
+    return keep
 
 
 def radius_inliers_by_tree(points: NDArray[np.float64], *, nb_points: int, radius: float) -> NDArray[np.bool_]:

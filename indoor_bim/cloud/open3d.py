@@ -94,5 +94,11 @@ def select(pcd: Any, keep: NDArray[np.bool_]) -> tuple[Any, Any]:
 
         mask = o3d.core.Tensor.from_numpy(np.ascontiguousarray(keep)).to(pcd.device)
         return (pcd.select_by_mask(mask) if len(keep) else pcd.clone()), mask
-    rows = np.flatnonzero(keep)
-    return np.asarray(pcd).take(rows, axis=0), rows
+    from indoor_bim.threads import even_slices, in_threads, threads_for
+
+    rows, points = np.flatnonzero(keep), np.asarray(pcd)
+    chosen, threads = np.zeros((len(rows), *points.shape[1:]), dtype=points.dtype), threads_for(len(rows))
+    in_threads(
+        lambda part: points.take(rows[part], axis=0, out=chosen[part], mode="clip"), even_slices(len(rows), threads), threads=threads
+    )
+    return chosen, rows

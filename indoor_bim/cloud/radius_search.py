@@ -1,229 +1,263 @@
-"""Neighbours within a radius, counted cell by cell: the compiled inner loops of the radius filter.
+"""Neighbours within a radius, counted tile by tile: the compiled inner loops of the radius filter.
 
 Cells are cubes whose side is just longer than the radius, so that all neighbours of a point lie in its cell or in one that touches it.
-Sixty-four cells above one another make a column, which keeps those that are occupied in the bits of one integer, so that only occupied
-cells take memory and three cells above one another are found at once. The points around a cell are looked at some at a time, until
-there are enough neighbours.
+An eighth of a cell has a diagonal shorter than the radius: where one holds enough points, no distance is taken. Elsewhere the points around
+a line of cells are brought together, layer by layer, and distances between whole steps are taken in single precision, some at a time, until
+there are enough neighbours; only pairs whose distance is the radius within rounding are looked at in double precision. Points that are read
+beyond the last layer do no harm: they are too far away.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from itertools import pairwise
 
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.grid_columns import FREE, ONE, ones, sort_into_columns
-from indoor_bim.compiled import compiled
-from indoor_bim.threads import even_slices, in_threads, threads_for
+from indoor_bim.cloud.tiles import CELL, CELL_BITS, FIRST_RUN, TILE, sort_into_tiles
+from indoor_bim.compiled import compiled, inlined
+from indoor_bim.threads import in_threads, threads_for
 
-AT_ONCE = 64
+AT_ONCE = 32
 """Points of the cells around that are looked at together."""
+LONGER = 1 + 2.0**-16
+"""Side of a cell in radii: neighbours are never two cells apart, however they are rounded to steps."""
+MOST_POINTS = 2**31
+CELLS_PER_POINT = 32
+"""Cells are made wider where there would be more of them."""
+
+EMPTY = -1
+_1, _2, _3, _4, _5, _6, _7, _8 = (np.uint64(number) for number in range(1, 9))
+_HALF = np.uint64(32)
+_AWAY = np.float32(1e9)
+_RADIUS = CELL / LONGER
+_ROUNDING = 2.5
+"""Steps that a distance between whole steps is off at most."""
+_SURE, _AT_MOST = np.float32((_RADIUS - _ROUNDING) ** 2), np.float32((_RADIUS + _ROUNDING) ** 2)
+_WIDEST = TILE + 2
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
-_i64, _u64, _u32, _u8, _bool = (types.Array(kind, 1, "C") for kind in (types.int64, types.uint64, types.uint32, types.uint8, types.bool_))
-_f64 = types.Array(types.float64, 1, "C")
-_xyz = types.Array(types.float64, 2, "C")
-_decision = (types.int64, types.float64)
+_i64, _bool, _f32 = (types.Array(kind, 1, "C") for kind in (types.int64, types.bool_, types.float32))
+_records = types.Array(types.uint64, 2, "C")
 
 
-def count_within(
-    points: NDArray[np.float64],
-    *,
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    more_than: int,
-    radius: float,
-    rounding: float,
-    threads: int | None = None,
-) -> NDArray[np.bool_]:
+def count_within(points: NDArray[np.float64], *, more_than: int, radius: float, threads: int | None = None) -> NDArray[np.bool_] | None:
     """Points with more than a number of points, themselves included, strictly within a radius.
 
     Parameters
     ----------
     points : (n, 2 or 3) float64
-        Finite points, fewer than 2**32.
-    low, high : (2 or 3,) float64
-        Their smallest and largest coordinates.
+        At least one point, fewer than `MOST_POINTS`.
     more_than : int
         Number that has to be exceeded.
     radius : float
         Radius, same unit.
-    rounding : float
-        Share by which cells are made larger, against rounding; at most 0.01.
     threads : int, optional
         Threads; None: as many as there are processors. The result is the same.
 
     Returns
     -------
-    (n,) bool
+    (n,) bool or None
+        None if a coordinate is not finite or the extent is more than some 30 million radii.
     """
+    points = np.ascontiguousarray(points)
     threads = threads_for(len(points)) if threads is None else threads
-    low, high = (np.append(corner, [0.0] * (3 - len(corner))) for corner in (low, high))
-    inverse = 1.0 / (radius * (1 + rounding))
-    # an empty column on every side, so that a neighbour's key never wraps around
-    size = ((high - low) * inverse).astype(np.int64) // np.array([1, 1, 64]) + 3
-    strides = np.array([size[1] * size[2], size[2], 1])
-    cells = _cells_of(np.ascontiguousarray(points), low=low, inverse=inverse, strides=strides, threads=threads)
-    keep = np.zeros(len(points), dtype=np.bool_)
+    keep = np.ones(len(points), dtype=np.bool_)
+    steps_per_unit = _RADIUS / radius
+    if not np.isfinite(steps_per_unit):
+        return None
+    tiles = sort_into_tiles(points, steps_per_unit=steps_per_unit, threads=threads)
+    if tiles is None:
+        return None
+    before = np.append(0, np.cumsum(tiles.count))[tiles.first_chain]
+    shares = 1 if threads == 1 else 16 * threads
+    ends = np.unique(np.searchsorted(before, before[-1] * np.arange(shares + 1) // shares))
+    chains = (tiles.first_run, tiles.count, tiles.records)
     in_threads(
-        lambda part: _search(*cells, strides, more_than, radius * radius, part.start, part.stop, keep),
-        even_slices(len(cells.keys), 1 if threads == 1 else 8 * threads),
+        lambda share: _search(points, tiles.first_chain[share[0] : share[1] + 1], *chains, more_than, radius * radius, keep),
+        list(pairwise(ends)),
         threads=threads,
     )
     return keep
 
 
-class _Cells(NamedTuple):
-    """Points sorted into cells.
-
-    Parameters
-    ----------
-    points : (n, 4) float64
-        Points in the order of their cells; the fourth column is their place in the input.
-    starts : (c + 1,) uint32
-        First point of each occupied cell.
-    keys : (b,) int64
-        Occupied columns, ascending.
-    occupied : (b,) uint64
-        Their occupied cells.
-    first_cell : (b + 1,) uint32
-        First cell of each column.
-    """
-
-    points: NDArray[np.float64]
-    starts: NDArray[np.uint32]
-    keys: NDArray[np.int64]
-    occupied: NDArray[np.uint64]
-    first_cell: NDArray[np.uint32]
+@inlined
+def _closer(xs, ys, zs, first, x, y, z, square):  # type: ignore[no-untyped-def]
+    """Number of `AT_ONCE` points that are closer to a point than the root of a square; unsigned indices let it be vectorised."""
+    near, first = np.int32(0), np.uint64(first)
+    for j in range(np.uint64(AT_ONCE)):
+        dx, dy, dz = xs[first + j] - x, ys[first + j] - y, zs[first + j] - z
+        near = np.int32(near + np.int32(dx * dx + dy * dy + dz * dz < square))
+    return np.int64(near)
 
 
-def _cells_of(points: NDArray[np.float64], *, low: NDArray[np.float64], inverse: float, strides: NDArray[np.int64], threads: int) -> _Cells:
-    columns = sort_into_columns(points, low=low, inverse=inverse, strides=strides, threads=threads)
-    every, parts, numbers, cell = range(threads), columns.parts, columns.numbers, columns.column
-    first_cell = np.append(np.uint32(0), np.cumsum(np.bitwise_count(columns.occupied), dtype=np.uint32))
-    counts = np.zeros((threads, int(first_cell[-1])), dtype=np.uint32)
-
-    def count(k: int) -> None:
-        _count(cell[parts[k]], columns.cell[parts[k]], columns.occupied[numbers[k]], first_cell[numbers[k]], counts[k])
-
-    in_threads(count, every, threads=threads)
-    place = np.cumsum(counts, axis=0, dtype=np.uint32)
-    starts = np.append(np.uint32(0), np.cumsum(place[-1], dtype=np.uint32))
-    place += starts[:-1] - counts
-    ordered = np.zeros((len(points), 4))
-    in_threads(lambda k: _sort(points[parts[k]], cell[parts[k]], place[k], parts[k].start, ordered), every, threads=threads)
-    return _Cells(ordered, starts, columns.keys, columns.occupied, first_cell)
+@inlined
+def _copy(values, start, stop, out, place):  # type: ignore[no-untyped-def]
+    """Copy some values, and up to seven more that are not wanted; eight are read before any is written: two instructions."""
+    i, stop, j = np.uint64(start), np.uint64(stop), np.uint64(place)
+    while i < stop:
+        a, b, c, d = values[i], values[i + _1], values[i + _2], values[i + _3]
+        e, f, g, h = values[i + _4], values[i + _5], values[i + _6], values[i + _7]
+        out[j], out[j + _1], out[j + _2], out[j + _3] = a, b, c, d
+        out[j + _4], out[j + _5], out[j + _6], out[j + _7] = e, f, g, h
+        i += _8
+        j += _8
 
 
-@compiled(_u32, _u8, _u64, _u32, _u32)
-def _count(column, cell_of, occupied, first_cell, counts):  # type: ignore[no-untyped-def]
-    """Turn the column of each point into its cell and count the points of each cell."""
-    for i in range(len(column)):
-        b = column[i]
-        cell = np.uint64(first_cell[b]) + ones(occupied[b] & ((ONE << np.uint64(cell_of[i])) - ONE))
-        counts[cell] += np.uint32(1)
-        column[i] = cell
+@inlined
+def _eighth(x, y, z):  # type: ignore[no-untyped-def]
+    """Eighth of its cell that a point lies in."""
+    half, one = np.uint32(CELL_BITS - 1), np.uint32(1)
+    return ((np.uint32(x) >> half) & one) << np.uint32(2) | ((np.uint32(y) >> half) & one) << one | (np.uint32(z) >> half) & one
 
 
-@compiled(_points, _u32, _u32, types.int64, _xyz)
-def _sort(points, cell, place, first, ordered):  # type: ignore[no-untyped-def]
-    """Put points at the next free place of their cell."""
-    flat = points.shape[1] == 2
-    for i in range(len(cell)):
-        to = place[cell[i]]
-        place[cell[i]] = to + np.uint32(1)
-        ordered[to, 0] = points[i, 0]
-        ordered[to, 1] = points[i, 1]
-        if not flat:
-            ordered[to, 2] = points[i, 2]
-        ordered[to, 3] = first + i
+@inlined
+def _exactly_near(points, a, b, square):  # type: ignore[no-untyped-def]
+    """Whether two points are closer than the root of a square."""
+    dx, dy = points[a, 0] - points[b, 0], points[a, 1] - points[b, 1]
+    dz = points[a, 2] - points[b, 2] if points.shape[1] == 3 else 0.0
+    return dx * dx + dy * dy + dz * dz < square
 
 
-@compiled(_f64, _f64, _f64, types.int64, types.float64, types.float64, types.float64, types.float64)
-def _near_by(xs, ys, zs, count, x, y, z, square):  # type: ignore[no-untyped-def]
-    """Number of the first points that are closer to a point than the root of a square."""
-    near = 0
-    for i in range(count):
-        dx, dy, dz = xs[i] - x, ys[i] - y, zs[i] - z
-        near += dx * dx + dy * dy + dz * dz < square
-    return near
-
-
-@compiled(_xyz, _u32, _i64, _u64, _u32, _i64, *_decision, types.int64, types.int64, _bool)
-def _search(points, starts, keys, occupied, first_cell, strides, more_than, square, low, high, keep):  # type: ignore[no-untyped-def]
-    """Decide on the points of the columns from `low` to `high`."""
-    around, onward = np.full(27, FREE), np.zeros(9, np.int64)
-    for k in range(9):
-        onward[k] = np.searchsorted(keys, keys[low] + (k // 3 - 1) * strides[0] + (k % 3 - 1) * strides[1] - 1)
-    begin, end = np.zeros(27, np.int64), np.zeros(27, np.int64)
-    xs, ys, zs = np.zeros(AT_ONCE), np.zeros(AT_ONCE), np.zeros(AT_ONCE)
-    within = np.zeros(1024, np.int64)
-    for column in range(low, high):
-        for k in range(9):
-            want = keys[column] + (k // 3 - 1) * strides[0] + (k % 3 - 1) * strides[1] - 1
-            j = onward[k]
-            while j < len(keys) and keys[j] < want:
-                j += 1
-            onward[k] = j
-            for step in range(3):
-                around[3 * k + step] = FREE
-                if j < len(keys) and keys[j] == want + step:
-                    around[3 * k + step] = j
-                    j += 1
-        left = occupied[column]
-        cell = np.int64(first_cell[column])
+@inlined
+def _load(chains, first_run, count, records, lx, ly, lz, lrow):  # type: ignore[no-untyped-def]
+    """Bring the points of some chains together; returns their number."""
+    done = np.int64(0)
+    for chain in range(chains[0], chains[1]):
+        left, run, length = count[chain], np.int64(first_run[chain]), np.int64(FIRST_RUN)
         while left:
-            bit = left & (~left + ONE)
-            left ^= bit
-            first, last = np.int64(starts[cell]), np.int64(starts[cell + 1])
-            cell += 1
-            window = bit >> ONE | bit | bit << ONE
-            ranges = candidates = 0
-            for k in range(9):
-                other = around[3 * k + 1]
-                hit = np.uint64(0) if other == FREE else occupied[other] & window
-                if hit:
-                    c = np.uint64(first_cell[other]) + ones(occupied[other] & ((hit & (~hit + ONE)) - ONE))
-                    begin[ranges], end[ranges] = starts[c], starts[c + ones(hit)]
-                    candidates += end[ranges] - begin[ranges]
-                    ranges += 1
-                other = around[3 * k]
-                if bit == ONE and other != FREE and occupied[other] >> np.uint64(63):
-                    c = np.uint64(first_cell[other + 1]) - ONE
-                    begin[ranges], end[ranges] = starts[c], starts[c + ONE]
-                    candidates += end[ranges] - begin[ranges]
-                    ranges += 1
-                other = around[3 * k + 2]
-                if bit >> np.uint64(63) and other != FREE and occupied[other] & ONE:
-                    c = np.uint64(first_cell[other])
-                    begin[ranges], end[ranges] = starts[c], starts[c + ONE]
-                    candidates += end[ranges] - begin[ranges]
-                    ranges += 1
-            if candidates <= more_than:
+            here = np.uint64(min(left, length))
+            at, to = np.uint64(run), np.uint64(done)
+            for i in range(here):
+                xy, z_row = records[at + i, 0], records[at + i, 1]
+                lx[to + i], ly[to + i] = np.uint32(xy), np.uint32(xy >> _HALF)
+                lz[to + i], lrow[to + i] = np.uint32(z_row), np.uint32(z_row >> _HALF)
+            left -= np.int64(here)
+            done += np.int64(here)
+            if left:
+                run, length = np.int64(records[run + length, 0]), np.int64(records[run + length, 1])
+    return done
+
+
+@compiled(_points, _i64, _i64, _i64, _records, types.int64, types.float64, _bool)
+def _search(points, first_chain, first_run, count, records, more_than, square, keep):  # type: ignore[no-untyped-def]
+    """Decide on the points of some tiles."""
+    most = 0
+    for tile in range(len(first_chain) - 1):
+        most = max(most, count[first_chain[tile] : first_chain[tile + 1]].sum())
+    lx, ly, lz, lrow = np.zeros(most, np.uint32), np.zeros(most, np.uint32), np.zeros(most, np.uint32), np.zeros(most, np.uint32)
+    row, cell_of = np.zeros(most, np.uint32), np.zeros(most, np.uint32)
+    xs, ys, zs = np.zeros(most + 8, np.float32), np.zeros(most + 8, np.float32), np.zeros(most + 8, np.float32)
+    bx, by, bz = np.zeros(most + AT_ONCE, np.float32), np.zeros(most + AT_ONCE, np.float32), np.zeros(most + AT_ONCE, np.float32)
+    line_of = np.zeros(_WIDEST**2, np.int64)
+    fill = np.zeros(min(_WIDEST**3, CELLS_PER_POINT * most) + 2, np.uint32)
+    from_layer, around, eighths = np.zeros(_WIDEST + 3, np.int64), np.zeros(9, np.int64), np.zeros(8, np.int64)
+    inner, outer = np.float32(CELL), np.float32(CELL * (TILE + 1))
+    for tile in range(len(first_chain) - 1):
+        total = _load(first_chain[tile : tile + 2], first_run, count, records, lx, ly, lz, lrow)
+        if total <= more_than:
+            for i in range(total):
+                if CELL <= lx[i] < CELL * (TILE + 1) and CELL <= ly[i] < CELL * (TILE + 1) and CELL <= lz[i] < CELL * (TILE + 1):
+                    keep[lrow[i]] = False
+            continue
+        low_x, low_y, low_z = lx[:total].min(), ly[:total].min(), lz[:total].min()
+        high_x, high_y, high_z = lx[:total].max(), ly[:total].max(), lz[:total].max()
+        bits = np.uint32(CELL_BITS)
+        while True:  # wider cells where there are few points
+            x0, y0, z0 = low_x >> bits, low_y >> bits, low_z >> bits
+            wide, deep, tall = np.int64(high_x >> bits) - x0 + 1, np.int64(high_y >> bits) - y0 + 1, np.int64(high_z >> bits) - z0 + 1
+            lines = 0
+            if wide * deep <= CELLS_PER_POINT * total:
+                line_of[: wide * deep] = EMPTY
+                for i in range(total):
+                    line_of[((lx[i] >> bits) - x0) * deep + (ly[i] >> bits) - y0] = 0
+                for i in range(wide * deep):
+                    if line_of[i] != EMPTY:
+                        line_of[i] = lines
+                        lines += 1
+                if lines * tall <= CELLS_PER_POINT * total:
+                    break
+            bits += np.uint32(1)
+        cells = lines * tall
+        fill[: cells + 2] = 0
+        for i in range(total):
+            line_here = np.uint32(line_of[((lx[i] >> bits) - x0) * deep + (ly[i] >> bits) - y0])
+            cell_here = np.uint32(line_here * tall + (lz[i] >> bits) - z0)
+            cell_of[i] = cell_here
+            fill[cell_here + 2] += np.uint32(1)
+        before = np.uint32(0)
+        for cell in range(2, cells + 2):
+            before += fill[cell]
+            fill[cell] = before
+        for i in range(total):
+            to = fill[cell_of[i] + 1]
+            fill[cell_of[i] + 1] = to + np.uint32(1)
+            xs[to], ys[to], zs[to], row[to] = lx[i], ly[i], lz[i], lrow[i]
+        fine = bits == CELL_BITS
+        for line in range(wide * deep):
+            if line_of[line] == EMPTY:
                 continue
-            if len(within) < last - first:
-                within = np.zeros(2 * (last - first), np.int64)
-            within[: last - first] = 0
-            k, i, undecided = 0, begin[0], last - first
-            while k < ranges and undecided > 0:
-                together = 0
-                while k < ranges and together < AT_ONCE:
-                    stop = min(end[k], i + AT_ONCE - together)
-                    for j in range(i, stop):
-                        xs[together], ys[together], zs[together] = points[j, 0], points[j, 1], points[j, 2]
-                        together += 1
-                    i = stop
-                    if i == end[k]:
-                        k += 1
-                        i = begin[k] if k < ranges else 0
-                undecided = np.int64(0)
-                for j in range(last - first):
-                    if within[j] <= more_than:
-                        within[j] += _near_by(
-                            xs, ys, zs, together, points[first + j, 0], points[first + j, 1], points[first + j, 2], square
-                        )
-                        undecided += within[j] <= more_than
-            for j in range(last - first):
-                keep[np.int64(points[first + j, 3])] = within[j] > more_than
+            base = line_of[line] * tall
+            column, depth = line // deep, line % deep
+            if fine and not (1 <= column + x0 <= TILE and 1 <= depth + y0 <= TILE):
+                continue
+            ranges, candidates = 0, np.int64(0)
+            for i in range(max(column - 1, 0), min(column + 2, wide)):
+                for j in range(max(depth - 1, 0), min(depth + 2, deep)):
+                    if line_of[i * deep + j] != EMPTY:
+                        other = line_of[i * deep + j] * tall
+                        candidates += np.int64(fill[other + tall]) - np.int64(fill[other])
+                        around[ranges] = other
+                        ranges += 1
+            together = tall if candidates <= 2 * AT_ONCE else 1  # layers
+            filled = False
+            for layer in range(0, tall, together):
+                a, b = np.int64(fill[base + layer]), np.int64(fill[base + layer + together])
+                if a == b:
+                    continue
+                eighth = b - a > more_than and fine and together == 1
+                if eighth:
+                    eighths[:] = 0
+                    for i in range(a, b):
+                        eighths[_eighth(xs[i], ys[i], zs[i])] += 1
+                    if eighths.min() > more_than:
+                        continue
+                if not filled:
+                    filled = True
+                    place = np.int64(0)
+                    for k in range(0, tall, together):
+                        from_layer[k] = place
+                        for other in around[:ranges]:
+                            start, stop = np.int64(fill[other + k]), np.int64(fill[other + k + together])
+                            if start < stop:
+                                _copy(xs, start, stop, bx, place)
+                                _copy(ys, start, stop, by, place)
+                                _copy(zs, start, stop, bz, place)
+                                place += stop - start
+                    from_layer[tall] = from_layer[tall + 1] = place
+                    bx[place : place + AT_ONCE] = _AWAY
+                low, high = np.int64(0), candidates
+                if together == 1:
+                    low, high = from_layer[max(layer - 1, 0)], from_layer[layer + 2]
+                enough = high - low > more_than
+                for i in range(a, b):
+                    if eighth and eighths[_eighth(xs[i], ys[i], zs[i])] > more_than:
+                        continue
+                    within, at = np.int64(0), low
+                    while enough and within <= more_than and at < high:
+                        within += _closer(bx, by, bz, at, xs[i], ys[i], zs[i], _SURE)
+                        at += AT_ONCE
+                    if within > more_than or not (inner <= xs[i] < outer and inner <= ys[i] < outer and inner <= zs[i] < outer):
+                        continue
+                    within = np.int64(0)
+                    if enough:
+                        for block in range(low, high, AT_ONCE):
+                            within += _closer(bx, by, bz, block, xs[i], ys[i], zs[i], _AT_MOST)
+                    if within > more_than:  # as far as rounding goes
+                        within, first, last = np.int64(0), max(layer - 1, 0), min(layer + together + 1, tall)
+                        for other in around[:ranges]:
+                            for j in range(fill[other + first], fill[other + last]):
+                                within += _exactly_near(points, np.int64(row[j]), np.int64(row[i]), square)
+                    if within <= more_than:
+                        keep[row[i]] = False
