@@ -6,7 +6,7 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.voxel_sums import FREE, slot_of
+from indoor_bim.cloud.hash_slots import FREE, slot_of
 from indoor_bim.compiled import compiled
 
 FIRST_SLOTS = 1 << 14

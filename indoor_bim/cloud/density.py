@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud import density_loops as loops
 from indoor_bim.cloud.density_limit import DensityLimit
-from indoor_bim.cloud.voxel_sums import FREE
+from indoor_bim.cloud.hash_slots import FREE
 
 Array = NDArray[Any]
 

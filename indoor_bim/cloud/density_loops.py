@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from indoor_bim.cloud.voxel_sums import FREE, slot_of
+from indoor_bim.cloud.hash_slots import FREE, slot_of
 from indoor_bim.compiled import compiled, inlined
 
 MOST_HALVINGS = 24

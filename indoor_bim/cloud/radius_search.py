@@ -9,13 +9,12 @@ beyond the last layer do no harm: they are too far away.
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.tiles import CELL, CELL_BITS, FIRST_RUN, TILE, sort_into_tiles
+from indoor_bim.cloud.margins import CELL, CELL_BITS, TILE, sort_with_margins
+from indoor_bim.cloud.tiles import load, most_points, sort_into_tiles
 from indoor_bim.compiled import compiled, inlined
 from indoor_bim.threads import in_threads, threads_for
 
@@ -67,16 +66,14 @@ def count_within(points: NDArray[np.float64], *, more_than: int, radius: float, 
     steps_per_unit = _RADIUS / radius
     if not np.isfinite(steps_per_unit):
         return None
-    tiles = sort_into_tiles(points, steps_per_unit=steps_per_unit, threads=threads)
+    origin = np.append(points[0], 0.0)[:3]
+    tiles = sort_into_tiles(points, sort_with_margins, (origin, steps_per_unit), threads=threads) if np.isfinite(origin).all() else None
     if tiles is None:
         return None
-    before = np.append(0, np.cumsum(tiles.count))[tiles.first_chain]
-    shares = 1 if threads == 1 else 16 * threads
-    ends = np.unique(np.searchsorted(before, before[-1] * np.arange(shares + 1) // shares))
     chains = (tiles.first_run, tiles.count, tiles.records)
     in_threads(
-        lambda share: _search(points, tiles.first_chain[share[0] : share[1] + 1], *chains, more_than, radius * radius, keep),
-        list(pairwise(ends)),
+        lambda part: _search(points, tiles.first_chain[part.start : part.stop + 1], *chains, more_than, radius * radius, keep),
+        tiles.shares(threads),
         threads=threads,
     )
     return keep
@@ -120,32 +117,10 @@ def _exactly_near(points, a, b, square):  # type: ignore[no-untyped-def]
     return dx * dx + dy * dy + dz * dz < square
 
 
-@inlined
-def _load(chains, first_run, count, records, lx, ly, lz, lrow):  # type: ignore[no-untyped-def]
-    """Bring the points of some chains together; returns their number."""
-    done = np.int64(0)
-    for chain in range(chains[0], chains[1]):
-        left, run, length = count[chain], np.int64(first_run[chain]), np.int64(FIRST_RUN)
-        while left:
-            here = np.uint64(min(left, length))
-            at, to = np.uint64(run), np.uint64(done)
-            for i in range(here):
-                xy, z_row = records[at + i, 0], records[at + i, 1]
-                lx[to + i], ly[to + i] = np.uint32(xy), np.uint32(xy >> _HALF)
-                lz[to + i], lrow[to + i] = np.uint32(z_row), np.uint32(z_row >> _HALF)
-            left -= np.int64(here)
-            done += np.int64(here)
-            if left:
-                run, length = np.int64(records[run + length, 0]), np.int64(records[run + length, 1])
-    return done
-
-
 @compiled(_points, _i64, _i64, _i64, _records, types.int64, types.float64, _bool)
 def _search(points, first_chain, first_run, count, records, more_than, square, keep):  # type: ignore[no-untyped-def]
     """Decide on the points of some tiles."""
-    most = 0
-    for tile in range(len(first_chain) - 1):
-        most = max(most, count[first_chain[tile] : first_chain[tile + 1]].sum())
+    most = most_points(first_chain, count)
     lx, ly, lz, lrow = np.zeros(most, np.uint32), np.zeros(most, np.uint32), np.zeros(most, np.uint32), np.zeros(most, np.uint32)
     row, cell_of = np.zeros(most, np.uint32), np.zeros(most, np.uint32)
     xs, ys, zs = np.zeros(most + 8, np.float32), np.zeros(most + 8, np.float32), np.zeros(most + 8, np.float32)
@@ -155,7 +130,7 @@ def _search(points, first_chain, first_run, count, records, more_than, square, k
     from_layer, around, eighths = np.zeros(_WIDEST + 3, np.int64), np.zeros(9, np.int64), np.zeros(8, np.int64)
     inner, outer = np.float32(CELL), np.float32(CELL * (TILE + 1))
     for tile in range(len(first_chain) - 1):
-        total = _load(first_chain[tile : tile + 2], first_run, count, records, lx, ly, lz, lrow)
+        total = load(first_chain[tile : tile + 2], first_run, count, records, lx, ly, lz, lrow)
         if total <= more_than:
             for i in range(total):
                 if CELL <= lx[i] < CELL * (TILE + 1) and CELL <= ly[i] < CELL * (TILE + 1) and CELL <= lz[i] < CELL * (TILE + 1):

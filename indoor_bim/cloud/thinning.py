@@ -41,9 +41,7 @@ def thin_evenly(points: Points, *, cell: float, layer: float | None = None) -> P
     from indoor_bim.cloud.voxel_sums import sum_boxes
 
     corners = np.floor(np.rint(np.array(bounds(points)) / MICROMETRE) / sides).astype(np.int64)
-    size = corners[1] - corners[0] + 1
-    strides = np.array([size[1] * size[2], size[2], 1])
-    return sum_boxes(points, unit=MICROMETRE, sides=sides, first=corners[0], strides=strides)
+    return sum_boxes(points, unit=MICROMETRE, sides=sides, first=corners[0], size=corners[1] - corners[0] + 1)
 
 
 def thin_by_sorting(points: Points, *, sides: Points) -> Points:

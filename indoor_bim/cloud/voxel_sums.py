@@ -1,32 +1,33 @@
-"""Points counted and summed voxel by voxel: the compiled inner loops of voxel down-sampling.
+"""Points counted and summed voxel by voxel: the compiled inner loops of voxel down-sampling and of thinning.
 
-Sums are whole numbers of 2**-32 voxel, so neither the order of the points nor the number of threads shows in them. Every thread
-looks at all points and takes those of its share of the columns.
+Points are sorted into tiles of 64 voxels a side first, each as its voxel within the tile and its place within the voxel in whole steps.
+The occupied voxels of a tile are bits, whose ranks number them. Sums of steps are whole numbers, so that neither the order of the points
+nor the number of threads shows in them.
 """
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
+from indoor_bim.cloud.hash_slots import FOLD, FREE, HASH, HIGH, ONE, slot_of
+from indoor_bim.cloud.tiles import BEGIN, CHAIN_TYPES, COUNT, END, FIRST_RUN, LONGEST_RUN, NEXT, SHARED, load, most_points, sort_into_tiles
 from indoor_bim.compiled import compiled, inlined
 from indoor_bim.threads import even_slices, in_threads, threads_for
 
-FREE = np.int64(-1)
-HASH = np.uint64(0x9E3779B97F4A7C15)
-ONE = np.uint64(1)
 RESOLUTION = 2.0**32
+TILE_BITS = 6
 
+_LAST = (1 << TILE_BITS) - 1
 _points = types.Array(types.float64, 2, "C", readonly=True)
-_floats, _keys, _numbers = (types.Array(kind, 1, "C") for kind in (types.float64, types.int64, types.uint32))
-_sums, _means = types.Array(types.int64, 2, "C"), types.Array(types.float64, 2, "C")
+_floats, _keys, _u32 = (types.Array(kind, 1, "C") for kind in (types.float64, types.int64, types.uint32))
+_sums, _means, _records = (types.Array(kind, 2, "C") for kind in (types.int64, types.float64, types.uint64))
+_grid = (_floats, types.float64, _floats, types.boolean, _keys)  # low corner, unit, sides in units, whether rounded to units, first voxel
 
 
 def sum_voxels(
-    points: NDArray[np.float64], *, low: NDArray[np.float64], voxel_size: float, strides: NDArray[np.int64], threads: int | None = None
+    points: NDArray[np.float64], *, low: NDArray[np.float64], voxel_size: float, size: NDArray[np.int64], threads: int | None = None
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     """Keys, numbers of points and means of the occupied voxels, by ascending key.
 
@@ -38,28 +39,24 @@ def sum_voxels(
         Lower corner of the grid.
     voxel_size : float
         Edge of a voxel, same unit.
-    strides : (2 or 3,) int64
-        Difference of the keys of voxels that lie side by side along each axis.
+    size : (2 or 3,) int64
+        Number of voxels along each axis.
     threads : int, optional
         Threads; None: as many as there are processors. The result is the same.
 
     Returns
     -------
     keys : (k,) int64
-        Sum of the products of the voxel's indices and the strides.
+        Number of the voxel in lexicographic order of the indices.
     count : (k,) int64
         Number of points.
     mean : (k, 2 or 3) float64
         Mean of the points.
     """
-    points = np.ascontiguousarray(points)
-    threads = threads_for(len(points)) if threads is None else threads
-    grid = (low, voxel_size, strides)
-    shares = in_threads(lambda part: _share(_add, points, grid, part, threads), range(threads), threads=threads)
-    keys, places = _ranked([keys for keys, _, _ in shares])
-    count, mean = np.zeros(len(keys), dtype=np.int64), np.zeros((len(keys), points.shape[1]))
-    in_threads(lambda k: _mean(*shares[k], places[k], *grid, count, mean), range(threads), threads=threads)
-    return keys, count, mean
+    flat = points.shape[1] == 2
+    low, size = np.append(low, [0.0] * flat), np.append(size, np.ones(int(flat), dtype=np.int64))
+    keys, count, mean = _sums_by_voxel(points, (low, voxel_size, np.ones(3), False, np.zeros(3, dtype=np.int64)), size, threads)
+    return keys, count, np.ascontiguousarray(mean[:, : points.shape[1]])
 
 
 def sum_boxes(
@@ -68,7 +65,7 @@ def sum_boxes(
     unit: float,
     sides: NDArray[np.float64],
     first: NDArray[np.int64],
-    strides: NDArray[np.int64],
+    size: NDArray[np.int64],
     threads: int | None = None,
 ) -> NDArray[np.float64]:
     """Means of the points in the occupied boxes of a grid that is fixed in space, in whole units, by ascending key.
@@ -83,8 +80,8 @@ def sum_boxes(
         Sides of the boxes, whole numbers of units.
     first : (3,) int64
         Smallest index of a box along each axis.
-    strides : (3,) int64
-        Difference of the keys of boxes that lie side by side along each axis.
+    size : (3,) int64
+        Number of boxes along each axis.
     threads : int, optional
         Threads; None: as many as there are processors. The result is the same.
 
@@ -92,40 +89,43 @@ def sum_boxes(
     -------
     (k, 3) float64
     """
+    return _sums_by_voxel(points, (np.zeros(3), unit, sides, True, first), size, threads)[2]
+
+
+def _sums_by_voxel(
+    points: NDArray[np.float64], grid: tuple[object, ...], size: NDArray[np.int64], threads: int | None
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     points = np.ascontiguousarray(points)
     threads = threads_for(len(points)) if threads is None else threads
-    grid = (unit, sides, first, strides)
-    shares = in_threads(lambda part: _share(_add_whole, points, grid, part, threads), range(threads), threads=threads)
-    keys, places = _ranked([keys for keys, _, _ in shares])
-    mean = np.zeros((len(keys), 3))
-    in_threads(lambda k: _whole_mean(shares[k][1], shares[k][2], places[k], unit, mean), range(threads), threads=threads)
-    return mean
+    strides, tile_strides = strides_of(size), strides_of((size + _LAST) >> TILE_BITS)
+    tiles = sort_into_tiles(points, _sort, (*grid, tile_strides), threads=threads)
+    if tiles is None:
+        raise AssertionError("points suit every grid")
+
+    def add(part: slice) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
+        chains = tiles.first_chain[part.start : part.stop + 1]
+        most = int(tiles.count[chains[0] : chains[-1]].sum())
+        keys, count, mean = np.zeros(most, dtype=np.int64), np.zeros(most, dtype=np.int64), np.zeros((most, 3))
+        voxels = _add(
+            tiles.keys[part], tile_strides, chains, tiles.first_run, tiles.count, tiles.records, *grid, strides, keys, count, mean
+        )
+        return keys[:voxels], count[:voxels], mean[:voxels]
+
+    shares = in_threads(add, tiles.shares(threads), threads=threads)
+    keys, count, mean = (np.concatenate([share[k] for share in shares]) for k in range(3))
+    order = np.argsort(keys)
+    return keys.take(order), count.take(order), mean.take(order, axis=0)
 
 
-def _share(
-    add: Any, points: NDArray[np.float64], grid: tuple[Any, ...], part: int, parts: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
-    """Keys of one thread's voxels, their slots, and the numbers of points and sums in all slots."""
-    slots = 1 << (max(len(points) // (2 * parts), 512)).bit_length()
-    taken, sums = np.full(slots, FREE), np.zeros((slots, 4), dtype=np.int64)
-    done = used = 0
-    while True:
-        done, used = add(points, *grid, part, parts, done, used, taken, sums)
-        filled = np.flatnonzero(taken != FREE)
-        if done == len(points):
-            return taken.take(filled), filled, sums
-        wider, wider_sums = np.full(2 * len(taken), FREE), np.zeros((2 * len(taken), 4), dtype=np.int64)
-        _move(taken.take(filled), sums.take(filled, axis=0), wider, wider_sums)
-        taken, sums = wider, wider_sums
+def strides_of(size: ArrayLike) -> NDArray[np.int64]:
+    """Difference of the keys of voxels side by side along each axis, for grids of a size (d,).
 
-
-def _ranked(parts: list[NDArray[np.int64]]) -> tuple[NDArray[np.int64], list[NDArray[np.int64]]]:
-    """All keys in ascending order and the place of each part's keys among them."""
-    together = np.concatenate(parts)
-    order = np.argsort(together)
-    place = np.zeros(len(together), dtype=np.int64)
-    place[order] = np.arange(len(together))
-    return together.take(order), np.split(place, np.cumsum([len(part) for part in parts])[:-1])
+    Examples
+    --------
+    >>> strides_of([5, 4, 3]).tolist()
+    [12, 3, 1]
+    """
+    return np.append(np.cumprod(np.asarray(size, dtype=np.int64)[:0:-1])[::-1], 1)
 
 
 def voxel_of_points(
@@ -151,84 +151,120 @@ def voxel_of_points(
     return voxel
 
 
-@inlined
-def slot_of(key, taken):  # type: ignore[no-untyped-def]
-    """Slot that holds the key, or the free one where it belongs."""
-    wrap = np.uint64(len(taken) - 1)
-    slot = ((np.uint64(key) * HASH) >> np.uint64(24)) & wrap
-    there = taken[slot]
-    while there != key and there != FREE:
-        slot = (slot + ONE) & wrap
-        there = taken[slot]
-    return slot
-
-
-@compiled(_points, _floats, types.float64, _keys, types.int64, types.int64, types.int64, types.int64, _keys, _sums)
-def _add(points, low, voxel_size, strides, part, parts, start, used, taken, sums):  # type: ignore[no-untyped-def]
-    """Add points to their voxels until three quarters of the slots are taken; returns the points done and the voxels found."""
+@compiled(_points, types.int64, *_grid, _keys, *CHAIN_TYPES)
+def _sort(points, first_row, low, unit, sides, whole, first, along, state, slot_key, slot_tile, keys, chain, records):  # type: ignore[no-untyped-def]
+    """Loop for `sort_into_tiles`; records are the steps along x and y, those along z and the voxel in its tile."""
     flat = points.shape[1] == 2
-    x0, y0, z0 = low[0], low[1], 0.0 if flat else low[2]
-    along_x, along_y, along_z = strides[0], strides[1], 0 if flat else strides[2]
-    most = len(taken) // 4 * 3
-    for i in range(start, len(points)):
-        x, y = (points[i, 0] - x0) / voxel_size, (points[i, 1] - y0) / voxel_size
-        column, row = np.int64(x), np.int64(y)
-        if parts > 1:
-            tile = (np.uint64(column) >> np.uint64(4)) * np.uint64(0xC2B2AE3D27D4EB4F) + (np.uint64(row) >> np.uint64(4)) * HASH
-            if ((tile >> np.uint64(32)) * np.uint64(parts)) >> np.uint64(32) != np.uint64(part):
-                continue
-        z = 0.0 if flat else (points[i, 2] - z0) / voxel_size
-        layer = np.int64(z)
-        key = column * along_x + row * along_y + layer * along_z
-        slot = slot_of(key, taken)
-        if taken[slot] == FREE:
-            if used == most:
-                return i, used
-            taken[slot] = key
-            used += 1
-        sums[slot, 0] += 1
-        sums[slot, 1] += np.int64(np.rint((x - column) * RESOLUTION))
-        sums[slot, 2] += np.int64(np.rint((y - row) * RESOLUTION))
-        sums[slot, 3] += np.int64(np.rint((z - layer) * RESOLUTION))
-    return len(points), used
+    wrap = np.uint64(len(slot_key) - 1)
+    x0, y0, z0, side_x, side_y, side_z = low[0], low[1], low[2], sides[0], sides[1], sides[2]
+    tiles, used = state[1], state[2]
+    room = len(records) - SHARED * (LONGEST_RUN + 1)
+    for i in range(state[0], len(points)):
+        if tiles + SHARED > len(keys) or used > room:
+            state[0], state[1], state[2] = i, tiles, used
+            return True
+        x, y, z = (points[i, 0] - x0) / unit, (points[i, 1] - y0) / unit, 0.0 if flat else (points[i, 2] - z0) / unit
+        if whole:
+            x, y, z = np.rint(x), np.rint(y), np.rint(z)
+            column, row, layer = np.int64(np.floor(x / side_x)), np.int64(np.floor(y / side_y)), np.int64(np.floor(z / side_z))
+            x, y, z = x - column * side_x, y - row * side_y, z - layer * side_z
+            column, row, layer = column - first[0], row - first[1], layer - first[2]
+        else:
+            column, row, layer = np.int64(x), np.int64(y), np.int64(z)
+            x, y, z = (x - column) * RESOLUTION, (y - row) * RESOLUTION, (z - layer) * RESOLUTION
+        key = (column >> TILE_BITS) * along[0] + (row >> TILE_BITS) * along[1] + (layer >> TILE_BITS)
+        voxel = (column & _LAST) << 2 * TILE_BITS | (row & _LAST) << TILE_BITS | layer & _LAST
+        word = np.uint64(key)
+        slot = (((word ^ word >> FOLD) * HASH) >> HIGH) & wrap
+        there = slot_key[slot]
+        while there != key and there != FREE:
+            slot = (slot + ONE) & wrap
+            there = slot_key[slot]
+        if there == FREE:
+            slot_key[slot], slot_tile[slot], keys[tiles] = key, tiles, key
+            chain[tiles, BEGIN], chain[tiles, NEXT], chain[tiles, END] = used, used, used + FIRST_RUN
+            used += FIRST_RUN + 1
+            tiles += 1
+        tile = np.uint64(slot_tile[slot])
+        to = chain[tile, NEXT]
+        if to == chain[tile, END]:
+            length = min(chain[tile, COUNT], LONGEST_RUN)
+            records[to, 0], records[to, 1] = used, length
+            to = used
+            chain[tile, END] = used + length
+            used += length + 1
+        records[to, 0], records[to, 1] = np.int64(x) | np.int64(y) << 32, np.int64(z) | voxel << 32
+        chain[tile, NEXT] = to + 1
+        chain[tile, COUNT] += 1
+    state[0], state[1], state[2] = len(points), tiles, used
+    return True
 
 
-@compiled(_points, types.float64, _floats, _keys, _keys, types.int64, types.int64, types.int64, types.int64, _keys, _sums)
-def _add_whole(points, unit, sides, first, strides, part, parts, start, used, taken, sums):  # type: ignore[no-untyped-def]
-    """As `_add`, for boxes that are whole numbers of units."""
-    side_x, side_y, side_z = sides[0], sides[1], sides[2]
-    first_x, first_y, first_z = first[0], first[1], first[2]
-    along_x, along_y, along_z = strides[0], strides[1], strides[2]
-    most = len(taken) // 4 * 3
-    for i in range(start, len(points)):
-        x, y = np.rint(points[i, 0] / unit), np.rint(points[i, 1] / unit)
-        column, row = np.int64(np.floor(x / side_x)) - first_x, np.int64(np.floor(y / side_y)) - first_y
-        if parts > 1:
-            tile = (np.uint64(column) >> np.uint64(4)) * np.uint64(0xC2B2AE3D27D4EB4F) + (np.uint64(row) >> np.uint64(4)) * HASH
-            if ((tile >> np.uint64(32)) * np.uint64(parts)) >> np.uint64(32) != np.uint64(part):
-                continue
-        z = np.rint(points[i, 2] / unit)
-        layer = np.int64(np.floor(z / side_z)) - first_z
-        key = column * along_x + row * along_y + layer * along_z
-        slot = slot_of(key, taken)
-        if taken[slot] == FREE:
-            if used == most:
-                return i, used
-            taken[slot] = key
-            used += 1
-        sums[slot, 0] += 1
-        sums[slot, 1] += np.int64(x)
-        sums[slot, 2] += np.int64(y)
-        sums[slot, 3] += np.int64(z)
-    return len(points), used
+@inlined
+def _ones(word):  # type: ignore[no-untyped-def]
+    """Number of bits that are set."""
+    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
+    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
+    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return (word * np.uint64(0x0101010101010101)) >> np.uint64(56)
 
 
-@compiled(_keys, _sums, _keys, types.float64, _means)
-def _whole_mean(slots, sums, places, unit, mean):  # type: ignore[no-untyped-def]
-    for i in range(len(slots)):
-        total = sums[slots[i]]
-        for axis in range(3):
-            mean[places[i], axis] = np.rint(total[1 + axis] / total[0]) * unit
+@compiled(_keys, _keys, _keys, _keys, _keys, _records, *_grid, _keys, _keys, _keys, _means)
+def _add(tile_keys, tiles_along, first_chain, first_run, count, records, low, unit, sides, whole, first, along, keys, numbers, means):  # type: ignore[no-untyped-def]
+    """Keys, numbers of points and means of the occupied voxels of some tiles; returns how many there are."""
+    most = most_points(first_chain, count)
+    xs, ys, zs, voxels = np.zeros(most, np.uint32), np.zeros(most, np.uint32), np.zeros(most, np.uint32), np.zeros(most, np.uint32)
+    sums = np.zeros((most, 4), np.int64)
+    occupied, before = np.zeros(1 << 2 * TILE_BITS, np.uint64), np.zeros(1 << 2 * TILE_BITS, np.uint64)
+    last = np.uint32(_LAST)
+    line_bits = np.uint32(TILE_BITS)
+    done = np.int64(0)
+    for tile in range(len(tile_keys)):
+        total = load(first_chain[tile : tile + 2], first_run, count, records, xs, ys, zs, voxels)
+        low_line, high_line = np.uint32(len(occupied)), np.uint32(0)
+        for i in range(total):
+            line = voxels[i] >> line_bits
+            occupied[line] |= ONE << np.uint64(voxels[i] & last)
+            low_line, high_line = min(low_line, line), max(high_line, line)
+        found = np.uint64(0)
+        for line in range(np.int64(low_line), np.int64(high_line) + 1):
+            before[line] = found
+            found += _ones(occupied[line])
+        for i in range(np.int64(found)):
+            sums[i, 0], sums[i, 1], sums[i, 2], sums[i, 3] = 0, 0, 0, 0
+        for i in range(total):
+            line = voxels[i] >> line_bits
+            below = (ONE << np.uint64(voxels[i] & last)) - ONE
+            place = before[line] + _ones(occupied[line] & below)
+            sums[place, 0] += 1
+            sums[place, 1] += np.int64(xs[i])
+            sums[place, 2] += np.int64(ys[i])
+            sums[place, 3] += np.int64(zs[i])
+        column = tile_keys[tile] // tiles_along[0]
+        row = (tile_keys[tile] - column * tiles_along[0]) // tiles_along[1]
+        layer = tile_keys[tile] - column * tiles_along[0] - row * tiles_along[1]
+        for n in range(np.int64(low_line), np.int64(high_line) + 1):
+            left = occupied[n]
+            occupied[n] = 0
+            k = np.int64(before[n])
+            while left:
+                bit = left & (~left + ONE)
+                left ^= bit
+                x = np.int64(column << TILE_BITS | n >> TILE_BITS)
+                y, z = np.int64(row << TILE_BITS | n & _LAST), np.int64(layer << TILE_BITS | np.int64(_ones(bit - ONE)))
+                keys[done], numbers[done] = x * along[0] + y * along[1] + z * along[2], sums[k, 0]
+                if whole:
+                    x, y, z = x + first[0], y + first[1], z + first[2]
+                    means[done, 0] = np.rint((sums[k, 1] + x * np.int64(sides[0]) * sums[k, 0]) / sums[k, 0]) * unit
+                    means[done, 1] = np.rint((sums[k, 2] + y * np.int64(sides[1]) * sums[k, 0]) / sums[k, 0]) * unit
+                    means[done, 2] = np.rint((sums[k, 3] + z * np.int64(sides[2]) * sums[k, 0]) / sums[k, 0]) * unit
+                else:
+                    means[done, 0] = low[0] + unit * (x + sums[k, 1] / (RESOLUTION * sums[k, 0]))
+                    means[done, 1] = low[1] + unit * (y + sums[k, 2] / (RESOLUTION * sums[k, 0]))
+                    means[done, 2] = low[2] + unit * (z + sums[k, 3] / (RESOLUTION * sums[k, 0]))
+                k += 1
+                done += 1
+    return done
 
 
 @compiled(_keys, _sums, _keys, _sums)
@@ -248,14 +284,3 @@ def _look_up(points, low, voxel_size, strides, taken, place, voxel):  # type: ig
         for axis in range(points.shape[1]):
             key += np.int64((points[i, axis] - low[axis]) / voxel_size) * strides[axis]
         voxel[i] = place[slot_of(key, taken), 0]
-
-
-@compiled(_keys, _keys, _sums, _keys, _floats, types.float64, _keys, _keys, _means)
-def _mean(keys, slots, sums, places, low, voxel_size, strides, count, mean):  # type: ignore[no-untyped-def]
-    for i in range(len(keys)):
-        key, total, place = keys[i], sums[slots[i]], places[i]
-        count[place] = total[0]
-        for axis in range(mean.shape[1]):
-            cell = key // strides[axis]
-            key -= cell * strides[axis]
-            mean[place, axis] = low[axis] + voxel_size * (cell + total[1 + axis] / (RESOLUTION * total[0]))

@@ -113,34 +113,36 @@ def voxelise(points: NDArray[np.float64], *, voxel_size: float, members: bool = 
     if len(points) <= FEW_POINTS:
         return voxelise_by_sorting(points, voxel_size=voxel_size, members=members)
     from indoor_bim.cloud.extent import bounds
-    from indoor_bim.cloud.voxel_sums import sum_voxels, voxel_of_points
+    from indoor_bim.cloud.voxel_sums import strides_of, sum_voxels, voxel_of_points
 
-    low, strides = _grid(*bounds(points), voxel_size=voxel_size)
-    keys, count, mean = sum_voxels(points, low=low, voxel_size=voxel_size, strides=strides)
+    low, size = _grid(*bounds(points), voxel_size=voxel_size)
+    strides = strides_of(size)
+    keys, count, mean = sum_voxels(points, low=low, voxel_size=voxel_size, size=size)
     of_point = voxel_of_points(points, low=low, voxel_size=voxel_size, strides=strides, keys=keys) if members else None
     return Voxels(mean, count, of_point)
 
 
 def voxelise_by_sorting(points: NDArray[np.float64], *, voxel_size: float, members: bool = True) -> Voxels:
     """Twin of `voxelise` in numpy: slower, for few points."""
-    low, strides = _grid(points.min(axis=0), points.max(axis=0), voxel_size=voxel_size)
+    low, size = _grid(points.min(axis=0), points.max(axis=0), voxel_size=voxel_size)
+    strides = np.append(np.cumprod(size[:0:-1])[::-1], 1)
     place = (points - low) / voxel_size
     floor = np.floor(place)
     _, first, of_point, count = np.unique(floor.astype(np.int64) @ strides, return_index=True, return_inverse=True, return_counts=True)
-    steps = np.rint((place - floor) * RESOLUTION)
+    steps = np.floor((place - floor) * RESOLUTION)
     inside = np.stack([np.bincount(of_point, column) for column in steps.T], axis=1) / (RESOLUTION * count[:, None])
     return Voxels(low + voxel_size * (floor[first] + inside), count, of_point if members else None)
 
 
 def _grid(low: NDArray[np.float64], high: NDArray[np.float64], *, voxel_size: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Lower corner of the grid and the differences of the keys of voxels side by side along each axis."""
+    """Lower corner of the grid and the number of its voxels along each axis."""
     low = low - 0.5 * voxel_size
     if not np.isfinite(high - low).all():
         raise ValueError("expected finite coordinates: remove points that are not finite first")
     size = np.floor((high - low) / voxel_size) + 1
     if float(np.prod(size)) >= MOST_VOXELS:
         raise ValueError("the grid is too fine for the extent of the points: take larger cells or leave out stray points")
-    return low, np.append(np.cumprod(size[:0:-1].astype(np.int64))[::-1], 1)
+    return low, size.astype(np.int64)
 
 
 def _average(values: NDArray[Any], voxels: Voxels, *, unit_length: bool) -> NDArray[Any]:
