@@ -44,12 +44,11 @@ class DensitySample:
         self.limit, self.most = limit, limit.per_cube
         self._per_side = 1.0 / np.asarray(side, dtype=np.float64)
         self._state = np.zeros(loops.STATE, dtype=np.int64)
-        self._slots()
         self._keys: Array = np.zeros(FIRST_CUBES, dtype=np.int64)
-        self._cubes: list[Array] = [np.zeros(FIRST_CUBES, dtype=kind) for kind in (np.uint32, np.int32, np.uint8, np.int32)]
-        self._store: list[Array] = [np.zeros(FIRST_POINTS, dtype=kind) for kind in (np.uint32, np.int32)]
+        self._cubes: Array = np.zeros((FIRST_CUBES, loops.COUNTS), dtype=np.int32)
+        self._slots: Array = self._numbered()
+        self._level: Array = np.zeros(FIRST_POINTS, dtype=np.uint8)
         self._cube_of: Array = np.zeros(FIRST_POINTS, dtype=np.int32)
-        self._row: Array = np.zeros(FIRST_POINTS, dtype=np.int64)
         self._steps: Array = np.zeros((FIRST_POINTS, 3), dtype=np.int32)
         self._attributes: dict[str, Array] = {name: np.zeros(FIRST_POINTS, dtype=kind) for name, kind in names.items()}
 
@@ -69,15 +68,15 @@ class DensitySample:
             If even `least_per_cube` points of each cube are too many.
         """
         steps, done, state = np.ascontiguousarray(steps), 0, self._state
+        row = np.zeros(len(steps), dtype=np.int64)
         while done < len(steps):
             before = int(state[2])
             loops.add(
-                *(steps, self._per_side, self.most, done, state, self._slot_key, self._slot_cube, self._keys),
-                *(*self._cubes, *self._store, self._cube_of, self._steps, self._row),
+                *(steps, self._per_side, self.most, done, state, self._slots, self._keys, self._cubes),
+                *(self._level, self._cube_of, self._steps, row),
             )
-            rows = self._row[before : state[2]]
             for name, values in self._attributes.items():
-                values[before : state[2]] = attributes[name][rows]
+                values[before : state[2]] = attributes[name][row[: state[2] - before]]
             done = int(state[0])
             if done < len(steps):
                 self._make_room()
@@ -92,55 +91,50 @@ class DensitySample:
         TooManyCubesError
             If even `least_per_cube` points of each cube are too many.
         """
-        cubes = int(self._state[1])
         while True:
-            halvings = self._cubes[2].copy()
-            loops.spread(cubes, self._keys, self._slot_key, self._slot_cube, self._cubes[2], halvings)
-            if loops.count_passing(int(self._state[2]), halvings, self._store[0], self._cube_of) <= self.limit.points:
+            halvings = self._halvings()
+            loops.spread(int(self._state[1]), self._keys, self._slots, self._cubes, halvings)
+            if loops.count_passing(int(self._state[2]), halvings, self._level, self._cube_of) <= self.limit.points:
                 break
             self._halve()
-        self._cubes[2] = halvings
-        left = self._drop()
+        left = self._drop(halvings)
         return self._steps[:left], {name: values[:left].copy() for name, values in self._attributes.items()}
+
+    def _halvings(self) -> NDArray[np.uint8]:
+        return self._cubes[: self._state[1], loops.HALVINGS].astype(np.uint8)
 
     def _halve(self) -> None:
         if self.most < 2 * self.limit.least_per_cube:
             raise TooManyCubesError
         self.most //= 2
-        self._state[3] = loops.halve_all(int(self._state[1]), *self._cubes, *self._store, self.most)
+        self._state[3] = loops.halve_all(int(self._state[1]), self._cubes, self.most)
 
-    def _drop(self) -> int:
-        """Leave out the stored points that do not stay; returns how many do."""
+    def _drop(self, halvings: NDArray[np.uint8]) -> int:
+        """Leave out the stored points that do not pass so many halvings of their cubes; returns how many do."""
         seen = int(self._state[2])
-        left = loops.drop(seen, self._cubes[2], self._cubes[3], *self._store, self._cube_of, self._steps, self._row)
+        passes = np.zeros(seen, dtype=np.bool_)
+        left = int(loops.drop(seen, halvings, self._level, self._cube_of, self._steps, passes))
         for values in self._attributes.values():
-            values[:left] = values[self._row[:left]]
+            values[:left] = values[:seen][passes]
         self._state[2] = left
-        return int(left)
+        return left
 
     def _make_room(self) -> None:
         """Room for more cubes, and for more points: by dropping those that do not stay, or else by wider arrays."""
-        cubes = int(self._state[1])
-        if cubes == len(self._keys):
-            self._keys = _wider(self._keys)
-            self._cubes = [_wider(values) for values in self._cubes]
-            self._slots()
-        if self._state[2] < len(self._cube_of):
-            return
+        if self._state[1] == len(self._keys):
+            self._keys, self._cubes = _wider(self._keys), _wider(self._cubes)
+            self._slots = self._numbered()
         stored = int(self._state[2])
-        if self._drop() > 0.7 * stored:
-            self._store = [_wider(values) for values in self._store]
-            self._cube_of, self._steps, self._row = _wider(self._cube_of), _wider(self._steps), _wider(self._row)
+        if stored == len(self._level) and self._drop(self._halvings()) > 0.7 * stored:
+            self._level, self._cube_of, self._steps = _wider(self._level), _wider(self._cube_of), _wider(self._steps)
             self._attributes = {name: _wider(values) for name, values in self._attributes.items()}
 
-    def _slots(self) -> None:
-        """Table of the cubes with room for as many as there are places for."""
-        cubes = int(self._state[1])
-        count = 2 * max(2 * cubes, FIRST_CUBES)
-        count = 1 << (count - 1).bit_length()
-        self._slot_key, self._slot_cube = np.full(count, FREE), np.zeros(count, dtype=np.int32)
-        if cubes:
-            loops.number_slots(cubes, self._keys, self._slot_key, self._slot_cube)
+    def _numbered(self) -> Array:
+        """Table of the cubes with room for twice as many as there are places for."""
+        slots = np.zeros((2 * len(self._keys), 2), dtype=np.int64)
+        slots[:, 0] = FREE
+        loops.number_slots(int(self._state[1]), self._keys, slots)
+        return slots
 
 
 def _wider(values: Array) -> Array:

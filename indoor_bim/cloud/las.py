@@ -108,6 +108,11 @@ class LasFile:
         if done != self.count:
             raise ReadError(_damaged(self.path, f"found {done:,} of the {self.count:,} points that the header announces"))
 
+    def steps(self, record: Any) -> NDArray[np.int32]:
+        """Whole coordinates (n, 3) of a point record, which stand at its beginning in every format."""
+        layout = np.dtype({"names": ["xyz"], "formats": [("<i4", 3)], "offsets": [0], "itemsize": record.array.dtype.itemsize})
+        return np.ascontiguousarray(record.array.view(layout)["xyz"])
+
     def coordinates(self, record: Any) -> NDArray[np.float64]:
         """Coordinates (n, 3) of a point record or of whole steps under the names X, Y and Z."""
         points = np.zeros((len(record["X"]), 3))

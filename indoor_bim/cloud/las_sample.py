@@ -65,10 +65,7 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
         coming = pool.submit(next, records, None)
         while (record := coming.result()) is not None:
             coming = pool.submit(next, records, None)
-            steps = np.zeros((len(record), 3), dtype=np.int32)
-            for axis, name in enumerate("XYZ"):
-                steps[:, axis] = record[name]
-            sample.add(steps, {name: np.asarray(record[name]) for name in names})
+            sample.add(file.steps(record), {name: np.asarray(record[name]) for name in names})
     kept, values = sample.points()
     points = file.coordinates(dict(zip("XYZ", kept.T, strict=True)))
     logger.info("kept %s of %s points, %d or fewer of each cube of %.0f cm", f"{len(points):,}", f"{file.count:,}", sample.most, 100 * side)
