@@ -8,8 +8,11 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.hash_slots import FREE, slot_of
 from indoor_bim.compiled import compiled
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 FIRST_SLOTS = 1 << 14
+POINTS_PER_PART, MOST_PARTS = 50_000, 8
+"""Parts are summed one by one and then added, as many of them on every machine, so that sums are rounded alike."""
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _floats, _keys = types.Array(types.float64, 1, "C"), types.Array(types.int64, 1, "C")
@@ -42,6 +45,19 @@ def sum_products(
         Sums of x, y, z, xx, yy, zz, xy, xz and yz from the corner of the box.
     """
     points = np.ascontiguousarray(points)
+    parts = even_slices(len(points), max(1, min(len(points) // POINTS_PER_PART, MOST_PARTS)))
+    done = in_threads(lambda part: _sum_part(points[part], sides, first, strides), parts, threads=threads_for(len(points)))
+    count, corner, sums = (np.concatenate([part[k] for part in done]) for k in range(3))
+    keys = (corner - first) @ strides
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    new = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
+    return np.add.reduceat(count[order], new), corner[order[new]], np.add.reduceat(sums[order], new)
+
+
+def _sum_part(
+    points: NDArray[np.float64], sides: NDArray[np.float64], first: NDArray[np.int64], strides: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
     number = np.zeros(len(points), dtype=np.int64)
     taken, member = np.full(FIRST_SLOTS, FREE), np.zeros(FIRST_SLOTS, dtype=np.int64)
     done = boxes = 0
@@ -54,8 +70,7 @@ def sum_products(
         _insert(keys, places, taken, member)
     count, corner, sums = np.zeros(boxes, dtype=np.int64), np.zeros((boxes, 3), dtype=np.int64), np.zeros((boxes, 9))
     _sum(points, sides, number, count, corner, sums)
-    order = np.argsort((corner - first) @ strides)
-    return count[order], corner[order], sums[order]
+    return count, corner, sums
 
 
 @compiled(_keys, _keys, _keys, _keys)

@@ -14,8 +14,11 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.raw import RawScan
 from indoor_bim.errors import ReadError
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 CHUNK = 2_000_000
+FEW_POINTS = 20_000
+"""So many points are scaled in numpy, sooner than the compiled loop is loaded."""
 LINEAR_UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
 PROJECTED_CRS_KEY, LINEAR_UNITS_KEY = 3072, 3076
 
@@ -43,7 +46,7 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
         done = 0
         for record in file.records(size=CHUNK, progress=progress):
             part = slice(done, done + len(record))
-            points[part] = file.coordinates(record)
+            file.coordinates(file.steps(record), points[part])
             if gps_time is not None:
                 gps_time[part] = record["gps_time"]
             classes[part] = record["classification"]
@@ -78,7 +81,7 @@ def iterate_chunks(path: str | Path, *, size: int = CHUNK) -> Iterator[NDArray[n
     """
     with open_las(Path(path)) as file:
         for record in file.records(size=size):
-            yield file.coordinates(record)
+            yield file.coordinates(file.steps(record))
 
 
 class LasFile:
@@ -109,16 +112,23 @@ class LasFile:
             raise ReadError(_damaged(self.path, f"found {done:,} of the {self.count:,} points that the header announces"))
 
     def steps(self, record: Any) -> NDArray[np.int32]:
-        """Whole coordinates (n, 3) of a point record, which stand at its beginning in every format."""
+        """Whole coordinates (n, 3) of a point record, a view: they stand at its beginning in every format."""
         layout = np.dtype({"names": ["xyz"], "formats": [("<i4", 3)], "offsets": [0], "itemsize": record.array.dtype.itemsize})
-        return np.ascontiguousarray(record.array.view(layout)["xyz"])
+        steps: NDArray[np.int32] = record.array.view(layout)["xyz"]
+        return steps
 
-    def coordinates(self, record: Any) -> NDArray[np.float64]:
-        """Coordinates (n, 3) of a point record or of whole steps under the names X, Y and Z."""
-        points = np.zeros((len(record["X"]), 3))
-        for axis, name in enumerate("XYZ"):
-            np.multiply(record[name], self.header.scales[axis], out=points[:, axis])
-            points[:, axis] += self.header.offsets[axis]
+    def coordinates(self, steps: NDArray[np.int32], out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        """Coordinates (n, 3) of whole ones."""
+        points = np.zeros(steps.shape) if out is None else out
+        scales, offsets = np.array(self.header.scales, dtype=np.float64), np.array(self.header.offsets, dtype=np.float64)
+        if len(steps) <= FEW_POINTS:
+            np.multiply(steps, scales, out=points)
+            points += offsets
+            return points
+        from indoor_bim.cloud.point_loops import place_steps
+
+        threads = threads_for(len(steps))
+        in_threads(lambda part: place_steps(steps[part], scales, offsets, points[part]), even_slices(len(steps), threads), threads=threads)
         return points
 
     def reference(self) -> tuple[str | None, str | None]:

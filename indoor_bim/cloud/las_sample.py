@@ -67,7 +67,7 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
             coming = pool.submit(next, records, None)
             sample.add(file.steps(record), {name: np.asarray(record[name]) for name in names})
     kept, values = sample.points()
-    points = file.coordinates(dict(zip("XYZ", kept.T, strict=True)))
+    points = file.coordinates(kept)
     logger.info("kept %s of %s points, %d or fewer of each cube of %.0f cm", f"{len(points):,}", f"{file.count:,}", sample.most, 100 * side)
     times, classes, intensity = values.get("gps_time"), values["classification"], values["intensity"]
     return RawScan(

@@ -19,6 +19,7 @@ from indoor_bim.cloud.storey_levels import storey_levels
 from indoor_bim.cloud.thinning import thin_evenly
 from indoor_bim.cloud.upright import upright
 from indoor_bim.errors import NothingToReconstructError
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 __all__ = ["level", "lowered", "main_direction", "storey_levels", "thin", "upright"]
 
@@ -135,5 +136,11 @@ def _parts(points: Floats, storeys: tuple[StoreyLevels, ...]) -> NDArray[np.uint
         return part
     from indoor_bim.cloud.point_loops import label_heights
 
-    label_heights(points, np.array([height for height, _ in levels]), np.array([label for _, label in levels]), LEVEL_TOLERANCE, part)
+    heights, labels = np.array([height for height, _ in levels]), np.array([label for _, label in levels])
+    threads = threads_for(len(points))
+    in_threads(
+        lambda rows: label_heights(points[rows], heights, labels, LEVEL_TOLERANCE, part[rows]),
+        even_slices(len(points), threads),
+        threads=threads,
+    )
     return part

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.cloud.box_moments import FEW_POINTS, box_moments
 from indoor_bim.cloud.heights import height_peaks, nearest_peak
+from indoor_bim.threads import in_threads, threads_for
 
 Floats = NDArray[np.float64]
 
@@ -30,16 +33,17 @@ def main_direction(points: Floats) -> float:
     weight = np.minimum(columns.count, 40).astype(np.float64) ** 2
     wall = weight >= np.quantile(weight, 0.7)
     xy, weight = np.ascontiguousarray(columns.mean[wall, :2]), weight[wall]
-    best = 0.0
+    best, threads = 0.0, threads_for(len(xy)) if len(xy) > FEW_POINTS else 1
     for reach, step, width in ((45.0, 1.0, 0.10), (1.5, 0.25, 0.05), (0.3, 0.05, 0.03), (0.06, 0.01, 0.03)):
         angles = best + np.radians(np.arange(-reach, reach + step / 2, step))
-        best = float(angles[int(np.argmax([_sharpness(xy, weight, a, width) for a in angles]))])
+        sharpness = in_threads(partial(_sharpness, xy, weight, width=width), list(angles), threads=threads)
+        best = float(angles[int(np.argmax(sharpness))])
     for width in (0.06, 0.05, 0.04, 0.04):
         best += _common_turn(xy, weight, best, width)
     return float(np.pi / 4 - np.mod(np.pi / 4 - best, np.pi / 2))
 
 
-def _sharpness(xy: Floats, weight: Floats, angle: float, width: float) -> float:
+def _sharpness(xy: Floats, weight: Floats, angle: float, *, width: float) -> float:
     """How well points line up along a direction and across it."""
     directions = ((np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle)))
     if len(xy) <= FEW_POINTS:

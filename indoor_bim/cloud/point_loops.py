@@ -9,6 +9,9 @@ from indoor_bim.compiled import compiled
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _floats, _table = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
+_steps = types.Array(types.int32, 2, "A", readonly=True, aligned=False)
+_words, _factors = types.Array(types.uint64, 2, "C", readonly=True), types.Array(types.uint64, 1, "C")
+_MINUS_ZERO = np.uint64(1 << 63)
 _bytes = types.Array(types.uint8, 1, "C")
 
 
@@ -19,6 +22,35 @@ def move(points, rotation, shift, out):  # type: ignore[no-untyped-def]
         x, y, z = points[i, 0], points[i, 1], points[i, 2]
         for k in range(3):
             out[i, k] = x * rotation[k, 0] + y * rotation[k, 1] + z * rotation[k, 2] + shift[k]
+
+
+@compiled(_steps, _floats, _floats, _table)
+def place_steps(steps, scales, offsets, out):  # type: ignore[no-untyped-def]
+    """Coordinates of whole steps (n, 3)."""
+    for i in range(len(steps)):
+        for k in range(3):
+            out[i, k] = steps[i, k] * scales[k] + offsets[k]
+
+
+@compiled(_points, _floats, types.float64, _table)
+def localise(points, origin, scale, out):  # type: ignore[no-untyped-def]
+    """Shift and scale points (n, 3); `out` may be the points themselves."""
+    for i in range(len(points)):
+        for k in range(3):
+            out[i, k] = (points[i, k] - origin[k]) * scale
+
+
+@compiled(_words, _factors, types.uint64, types.Array(types.bool_, 1, "C"))
+def choose(words, factors, limit, out):  # type: ignore[no-untyped-def]
+    """Whether the mixed bits of points (n, 3) are below a limit; zero is the same with either sign."""
+    for i in range(len(words)):
+        mixed = np.uint64(0)
+        for k in range(3):
+            word = words[i, k]
+            mixed = (mixed ^ (np.uint64(0) if word == _MINUS_ZERO else word)) * factors[k]
+            mixed ^= mixed >> np.uint64(32)
+        mixed *= factors[0]
+        out[i] = mixed ^ (mixed >> np.uint64(29)) < limit
 
 
 @compiled(_points, _floats, _bytes, types.float64, _bytes)

@@ -20,6 +20,10 @@ from indoor_bim.cloud.trajectory import read_trajectory
 from indoor_bim.cloud.units import METRES_PER_UNIT, UP_ROTATIONS, looks_like_millimetres, looks_y_up
 from indoor_bim.errors import ReadError
 from indoor_bim.frame import Frame
+from indoor_bim.threads import even_slices, in_threads, threads_for
+
+FEW_POINTS = 20_000
+"""So many points are shifted in numpy, sooner than the compiled loop is loaded."""
 
 logger = logging.getLogger(__name__)
 
@@ -77,7 +81,7 @@ def read(
     raw = read_raw(path, progress, unit=unit, limit=limit)
     if trajectory is None and (path.parent / "trajectory.csv").is_file() and path.name != "trajectory.csv":
         trajectory = path.parent / "trajectory.csv"
-    return _cloud(raw, source=path.name, where=str(path), unit=unit, up=up, crs=crs, trajectory=trajectory, limit=limit)
+    return _cloud(raw, source=path.name, where=str(path), unit=unit, up=up, crs=crs, trajectory=trajectory, limit=limit, own=True)
 
 
 def as_cloud(
@@ -127,7 +131,7 @@ def as_cloud(
         raise ReadError(f"scan: {error}; pass a path, an Open3D cloud or an (n, 3) array") from error
     if points.shape[1] != 3:
         raise ReadError(f"scan: found points with {points.shape[1]} coordinates, expected x, y and z; pass an (n, 3) array")
-    return _cloud(RawScan(points), source="scan", where="scan", unit=unit, up=up, crs=crs, trajectory=trajectory, limit=limit)
+    return _cloud(RawScan(points), source="scan", where="scan", unit=unit, up=up, crs=crs, trajectory=trajectory, limit=limit, own=False)
 
 
 def _cloud(
@@ -140,6 +144,7 @@ def _cloud(
     crs: str | None,
     trajectory: Trajectory,
     limit: DensityLimit | None,
+    own: bool,
 ) -> Cloud:
     if unit != "auto" and unit not in METRES_PER_UNIT:
         raise ReadError(f"{where}: found the unit {unit!r}, expected auto or one of {', '.join(METRES_PER_UNIT)}; correct the option")
@@ -186,7 +191,7 @@ def _cloud(
     for message in warnings:
         logger.info("%s: %s", source, message)
     return Cloud(
-        points=_to_local(points, frame),
+        points=_to_local(points, frame, own=own),
         frame=frame,
         gps_time=times,
         classification=classes,
@@ -200,9 +205,13 @@ def _cloud(
 
 
 def _bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Smallest and largest coordinates, column by column: numpy takes its time over rows of three."""
+    """Smallest and largest coordinates; of few points column by column: numpy takes its time over rows of three."""
     if not len(points):
         return np.zeros(3), np.zeros(3)
+    if len(points) > FEW_POINTS:
+        from indoor_bim.cloud.extent import bounds
+
+        return bounds(points)
     return np.array([column.min() for column in points.T]), np.array([column.max() for column in points.T])
 
 
@@ -218,13 +227,19 @@ def _check_points(points: NDArray, low: NDArray, high: NDArray, *, where: str, d
         raise ReadError(f"{where}: found {len(points):,} points that are all equal, {advice}")
 
 
-def _to_local(points: NDArray[np.float64], frame: Frame) -> NDArray[np.float64]:
-    """Points in the local frame; turning by quarter turns is a choice of columns, so nothing is rounded."""
-    local = np.zeros(points.shape)
-    for axis, start in enumerate(frame.origin):
-        np.subtract(points[:, axis], start, out=local[:, axis])
-    if frame.scale != 1.0:
-        local *= frame.scale
+def _to_local(points: NDArray[np.float64], frame: Frame, *, own: bool) -> NDArray[np.float64]:
+    """Points in the local frame, in place if they may be changed; turning by quarter turns is a choice of columns: nothing is rounded."""
+    if len(points) > FEW_POINTS:
+        from indoor_bim.cloud.point_loops import localise
+
+        source = np.ascontiguousarray(points)
+        local = source if own and source.flags.writeable else np.zeros(points.shape)
+        threads = threads_for(len(points))
+        in_threads(
+            lambda part: localise(source[part], frame.origin, frame.scale, local[part]), even_slices(len(points), threads), threads=threads
+        )
+    else:
+        local = (points - frame.origin) * frame.scale
     if not np.array_equal(frame.rotation, np.eye(3)):
         column = np.argmax(np.abs(frame.rotation), axis=1)
         local = local[:, column] * frame.rotation[np.arange(3), column]

@@ -7,7 +7,8 @@ from numpy.typing import ArrayLike, NDArray
 
 MULTIPLIERS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], dtype=np.uint64)
 
-BLOCK = 16_384  # rows that fit the cache
+FEW_POINTS = 20_000
+"""So many points are hashed in numpy, sooner than the compiled loop is loaded."""
 
 
 def sample_mask(points: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
@@ -29,9 +30,19 @@ def sample_mask(points: NDArray[np.float64], count: int) -> NDArray[np.bool_]:
     if len(points) <= count:
         return np.ones(len(points), dtype=np.bool_)
     chosen, limit = np.zeros(len(points), dtype=np.bool_), np.uint64(2**64 * (count / len(points)))
-    for start in range(0, len(points), BLOCK):
-        part = slice(start, start + BLOCK)
-        chosen[part] = _hash(np.ascontiguousarray(points[part] + 0.0).view(np.uint64)) < limit
+    if len(points) > FEW_POINTS:
+        from indoor_bim.cloud.point_loops import choose
+        from indoor_bim.threads import even_slices, in_threads, threads_for
+
+        words, threads = np.ascontiguousarray(points).view(np.uint64), threads_for(len(points))
+        in_threads(lambda part: choose(words[part], MULTIPLIERS, limit, chosen[part]), even_slices(len(points), threads), threads=threads)
+        return chosen
+    return sample_by_hashing(points, limit=limit)
+
+
+def sample_by_hashing(points: NDArray[np.float64], *, limit: np.uint64) -> NDArray[np.bool_]:
+    """Twin of `point_loops.choose` in numpy: slower, for few points."""
+    chosen: NDArray[np.bool_] = _hash(np.ascontiguousarray(points + 0.0).view(np.uint64)) < limit
     return chosen
 
 

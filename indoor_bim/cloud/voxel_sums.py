@@ -114,7 +114,11 @@ def _sums_by_voxel(
     shares = in_threads(add, tiles.shares(threads), threads=threads)
     keys, count, mean = (np.concatenate([share[k] for share in shares]) for k in range(3))
     order = np.argsort(keys)
-    return keys.take(order), count.take(order), mean.take(order, axis=0)
+    ordered = np.zeros_like(mean)
+    in_threads(
+        lambda part: mean.take(order[part], axis=0, out=ordered[part], mode="clip"), even_slices(len(order), threads), threads=threads
+    )
+    return keys.take(order), count.take(order), ordered
 
 
 def strides_of(size: ArrayLike) -> NDArray[np.int64]:
