@@ -217,10 +217,26 @@ def chain_ends(
         if not (np.hypot(*(tails - heads[k]).T) < overlap).any():
             after = places[(places > lines.end[k] - farthest / 2) & (places < lines.end[k] + farthest)]
             end[k] = max(end[k], float(after.min()) + overlap) if len(after) else end[k]
-            cuts.append((heads[k], n))
+            cuts += [] if len(after) else _cut_to_parallel(lines, ~chained, heads[k], d, reach=aside, overlap=overlap)
         if not (np.hypot(*(heads - tails[k]).T) < overlap).any():
             before = places[(places < lines.start[k] + farthest / 2) & (places > lines.start[k] - farthest)]
             start[k] = min(start[k], float(before.max()) - overlap) if len(before) else start[k]
-            cuts.append((tails[k], n))
-    across = np.array([(at + aside * n, at - aside * n) for at, n in cuts]).reshape(-1, 2, 2)
+            cuts += [] if len(before) else _cut_to_parallel(lines, ~chained, tails[k], d, reach=aside, overlap=overlap)
+    across = np.array(cuts).reshape(-1, 2, 2)
     return start, end, across[:, 0], across[:, 1]
+
+
+def _cut_to_parallel(
+    lines: FaceLines, straight: Bools, at: Floats, direction: Floats, *, reach: float, overlap: float, prolonged: float = 1.5
+) -> list[tuple[Floats, Floats]]:
+    """Cut from the end of a chain to the nearest straight line that runs beside it in nearly its direction, if there is one."""
+    aside = lines.normal @ at - lines.offset
+    along = lines.direction @ at
+    beside = straight & (np.abs(aside) < reach) & (np.abs(lines.direction @ direction) > np.cos(np.radians(15.0)))
+    beside &= (along > lines.start - prolonged) & (along < lines.end + prolonged)
+    if not beside.any():
+        return []
+    rows = np.flatnonzero(beside)
+    k = rows[np.lexsort((rows, np.round(np.abs(aside[rows]), 6)))[0]]
+    away = -lines.normal[k] * (np.sign(aside[k]) or 1.0)
+    return [(at - overlap * away, at + (abs(aside[k]) + overlap) * away)]

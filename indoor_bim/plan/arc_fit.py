@@ -83,10 +83,10 @@ class Arc:
 
     def holds(self, xy: Floats, *, across: float, beyond: float = 0.0) -> Bools:
         """Points (n, 2) no farther than this from the arc, across and beyond its ends, metres."""
-        distance = np.hypot(*(xy - self.centre).T)
-        angle, slack = self.after_start(xy), beyond / self.radius
-        within = (angle <= self.turn + slack) | (angle >= 2 * np.pi - slack)
-        held: Bools = (np.abs(distance - self.radius) <= across) & within
+        squares = (xy[:, 0] - self.centre[0]) ** 2 + (xy[:, 1] - self.centre[1]) ** 2
+        held: Bools = (squares <= (self.radius + across) ** 2) & (squares >= max(self.radius - across, 0.0) ** 2)
+        angle, slack = self.after_start(xy[held]), beyond / self.radius
+        held[held] = (angle <= self.turn + slack) | (angle >= 2 * np.pi - slack)
         return held
 
 
@@ -197,11 +197,11 @@ def fit_arc(points: WallPoints, centre: Floats, radius: float, start: float, end
     arc = Arc(np.asarray(centre), radius, start, end, True, np.full((3, 3), np.inf), 0.0, np.inf)
     columns = np.zeros((0, 2))
     for _ in range(rounds):
-        xy = points.xy[arc.holds(points.xy, across=REACH)]
+        rows = np.flatnonzero(arc.holds(points.xy, across=REACH))
+        xy = points.xy[rows]
         from_within = True
         if points.sensor is not None:
-            sensor = points.sensor[arc.holds(points.xy, across=REACH)]
-            within = ((sensor - xy) * (arc.centre - xy)).sum(axis=1) > 0
+            within = ((points.sensor[rows] - xy) * (arc.centre - xy)).sum(axis=1) > 0
             from_within = bool(within.sum() >= 0.5 * len(xy))
             xy = xy[within == from_within]
         columns, place, apart = _column_medians(arc, xy)
