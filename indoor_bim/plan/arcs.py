@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from indoor_bim.plan.arc_fit import Arc, circle_through, fit_arc, longest_run
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines
+from indoor_bim.plan.grouping import group_keys
 from indoor_bim.plan.strips import height_layers
 
 Floats = NDArray[np.float64]
@@ -90,8 +91,7 @@ def wall_spots(points: WallPoints, *, reach: float = 0.10, fewest: int = 5) -> S
     cell = np.floor(points.xy / CELL).astype(np.int64)
     cell -= cell.min(axis=0)
     layer = height_layers(points)
-    _, group = np.unique(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1], return_inverse=True)
-    count = np.bincount(group)
+    _, group, count = group_keys(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1])
     xy = np.column_stack([np.bincount(group, weights=np.rint(points.xy[:, k] * 1e6)) / count * 1e-6 for k in range(2)])
     layers = np.zeros(len(count), dtype=np.int64)
     np.bitwise_or.at(layers, group, np.int64(1) << layer)

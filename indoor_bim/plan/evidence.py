@@ -54,7 +54,7 @@ class WallPoints:
 
     def take(self, rows: NDArray) -> WallPoints:
         """Points of the given rows (indices or mask)."""
-        places = np.arange(len(self))[rows]
+        places = np.flatnonzero(rows) if isinstance(rows, np.ndarray) and rows.dtype == bool else np.arange(len(self))[rows]
         sensor = None if self.sensor is None else self.sensor.take(places, axis=0)
         return WallPoints(self.xy.take(places, axis=0), self.rise.take(places), self.depth.take(places), sensor)
 
@@ -98,12 +98,11 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
     p = points.take(np.flatnonzero((points[:, 2] > lowest) & (points[:, 2] < top)), axis=0)
     if not len(p):
         return None
-    size = np.array([_COARSE, _COARSE, _COARSE if sloped else _LAYER])
-    cells = np.floor(p / size).astype(np.int64)
-    low = cells.min(axis=0)
-    cells -= low
-    shape = cells.max(axis=0) + 1
-    key = (cells[:, 0] * shape[1] + cells[:, 1]) * shape[2] + cells[:, 2]
+    sides = (_COARSE, _COARSE, _COARSE if sloped else _LAYER)
+    cells = [np.floor(values / side).astype(np.int64) for values, side in zip(p.T, sides, strict=True)]
+    low = np.array([values.min() for values in cells])
+    shape = np.array([values.max() for values in cells]) - low + 1
+    key = ((cells[0] - low[0]) * shape[1] + cells[1] - low[1]) * shape[2] + cells[2] - low[2]
     first, group, count = group_keys(key)
     mean, (xx, yy, xy, zz, xz, yz) = _moments(p, group, count)
     minor = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + xy**2)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.segments import Segments
+from indoor_bim.threads import in_threads, threads_for
 
 Floats = NDArray[np.float64]
 COLUMN = 0.10
@@ -47,15 +48,18 @@ def measure(faces: Segments, points: WallPoints, *, reach: float = 0.05) -> Segm
 
     sensor = np.zeros((0, 2)) if points.sensor is None else np.ascontiguousarray(points.sensor)
     table = (np.ascontiguousarray(points.xy), np.ascontiguousarray(points.rise), sensor)
-    support, rmse, coverage = np.zeros(len(faces), dtype=np.int64), np.full(len(faces), np.nan), np.zeros(len(faces))
-    tables = [np.zeros((1, 2), dtype=np.int64)] * len(faces)
-    for k, (p, d, n, length) in enumerate(zip(faces.p, faces.direction, faces.normal, faces.length, strict=True)):
-        hit = np.zeros((max(int(np.ceil(length / COLUMN)), 1), LAYERS), dtype=bool)
-        ranges, counts = points.along(p, p + length * d, reach), np.zeros(_bins(length, reach), dtype=np.int64)
-        count, squares = points_on_face(*table, ranges, p.copy(), d.copy(), n.copy(), length, reach, COLUMN, UPPER, hit, counts)
-        if count:
-            support[k], rmse[k], coverage[k] = count, np.sqrt(squares / count) * MICROMETRE, hit.mean()
-            tables[k] = counts
+    direction, normal, length = faces.direction, faces.normal, faces.length
+
+    def one(k: int) -> tuple[int, float, float, NDArray[np.int64]]:
+        hit = np.zeros((max(int(np.ceil(length[k] / COLUMN)), 1), LAYERS), dtype=bool)
+        counts = np.zeros(_bins(float(length[k]), reach), dtype=np.int64)
+        place = (points.along(faces.p[k], faces.p[k] + length[k] * direction[k], reach), faces.p[k].copy(), direction[k], normal[k])
+        count, squares = points_on_face(*table, *place, length[k], reach, COLUMN, UPPER, hit, counts)
+        return count, np.sqrt(squares / count) * MICROMETRE if count else np.nan, hit.mean(), counts
+
+    found = in_threads(one, range(len(faces)), threads=threads_for(len(points)))
+    support, tables = np.array([count for count, *_ in found], dtype=np.int64), [counts for *_, counts in found]
+    rmse, coverage = (np.array([row[k] for row in found], dtype=np.float64) for k in (1, 2))
     measured = replace(faces, sided=np.ones(len(faces), dtype=bool), support=support, rmse=rmse, coverage=coverage)
     return _with_accuracy(measured, tables, reach=reach)
 
