@@ -26,6 +26,7 @@ from indoor_bim.plan.free_space import FreeSpace, cell_space, extent, free_space
 from indoor_bim.plan.line_ends import end_cuts, gap_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
 from indoor_bim.plan.loose_faces import loose_faces
+from indoor_bim.plan.passing_rays import Rays
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.roof import ridge_height, roof_surface, under_the_eaves
 from indoor_bim.plan.room_levels import room_levels
@@ -123,7 +124,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     wall[(border >= 0) & (border < len(firm[0]) + len(weak[0]))] = 0.4
     wall[(border >= 0) & (border < len(firm[0]))] = 0.7
     unseen = (of_cells.hit < 0.1) & (of_cells.inside < 0)
-    hidden = hidden_wall(cells, faces, lines.direction, empty=unseen, sided=sensor is not None)
+    rays = None if sensor is None else Rays(points, sensor, floor + 0.1, (ceiling or top) - 0.1)
+    hidden = hidden_wall(cells, faces, lines.direction, empty=unseen, sided=sensor is not None, rays=rays)
     wall[hidden] = np.maximum(wall[hidden], 0.6)
     looked_through = in_front(cells, edge_evidence(cells, lines, sweeps, afar=False))
     room = label_cells(cells, inside=of_cells.inside + looked_through, wall=wall)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from indoor_bim.plan.cells import cut_into_cells, hidden_wall
+from indoor_bim.plan.passing_rays import Rays
 
 
 @pytest.mark.parametrize(
@@ -74,3 +75,20 @@ def test_a_face_behind_a_cupboard_goes_on_where_the_other_face_was_seen(back_is_
     assert hidden[hides & (cells.edge_line == 0)].all() == back_is_seen
     assert not hidden_wall(cells, wall, direction, empty=inside, sided=False).any()
     assert not hidden[~hides].any()
+
+
+@pytest.mark.parametrize(("cut", "passing", "without_rays", "found"), [(5, 0, 0, 4), (5, 300, 0, 0), (2, 0, 2, 2), (2, 300, 2, 0)])
+def test_a_wall_is_hidden_for_long_where_no_ray_passes(cut, passing, without_rays, found):
+    """Both faces were seen up to x = 2, and from there to the wall across at x = 8 nothing was; another line may cut what is hidden."""
+    p = np.array([[0, 0.2], [9, 0], [8, 2], [0, -2], [2, -2], [cut, -2], [0, 2], [0, -2], [9, -2]], dtype=float)
+    q = np.array([[9, 0.2], [0, 0], [8, -2], [0, 2], [2, 2], [cut, 2], [9, 2], [9, -2], [9, 2]], dtype=float)
+    cells = cut_into_cells(p, q)
+    direction = (q - p)[:3] / np.hypot(*(q - p)[:3].T)[:, None]
+    middle = (cells.edge_start + cells.edge_end) / 2
+    wall = np.where(cells.edge_line < 2, middle[:, 0] < 2, cells.edge_line == 2).astype(float)
+    empty = np.array([0 < polygon.centroid.y < 0.2 for polygon in cells.polygons])
+    along = np.linspace(2.5, 7.5, passing)
+    origins, hits = (np.column_stack([along, np.full(passing, y), np.ones(passing)]) for y in (-1.0, 1.0))
+    rays = Rays(hits, origins, 0.0, 2.5)
+    assert hidden_wall(cells, wall, direction, empty=empty, rays=rays).sum() == found
+    assert hidden_wall(cells, wall, direction, empty=empty).sum() == without_rays

@@ -15,8 +15,9 @@ from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.free_space import FreeSpace, extent, in_front, roofed, usual_density
 from indoor_bim.plan.line_search import AFAR, beside, find_lines
 from indoor_bim.plan.local_density import thinly_scanned
-from indoor_bim.plan.loose_faces import attached, opaque, points_outside, reach_out, without_doubles
+from indoor_bim.plan.loose_faces import attached, joined_pieces, opaque, points_outside, reach_out, without_doubles
 from indoor_bim.plan.oblique import unexplained
+from indoor_bim.plan.passing_rays import Rays
 from indoor_bim.plan.raster import Raster
 
 HEIGHT = 2.5
@@ -155,7 +156,7 @@ def test_a_reflection_lets_rays_pass():
     scanner = np.array([2.5, 0.0, 1.4])
 
     def kept(hits):
-        return opaque(p, q, hits, np.tile(scanner, (len(hits), 1)), low=0.0, high=2.5).item()
+        return opaque(p, q, Rays(hits, np.tile(scanner, (len(hits), 1)), low=0.0, high=2.5)).item()
 
     assert kept(hits)
     assert not kept(np.vstack([on, beyond]))
@@ -216,3 +217,42 @@ def test_points_outside_of_an_area():
     assert np.array_equal(outside, np.flatnonzero(~shapely.contains_xy(area, *xy.T)))
     assert np.array_equal(points_outside(area.buffer(-0.6), xy[:50]), np.flatnonzero(~shapely.contains_xy(area.buffer(-0.6), *xy[:50].T)))
     assert len(points_outside(shapely.Polygon(), xy)) == len(xy)
+
+
+def looked_into(*, through_the_gap, seed=4):
+    """Rays from a corridor that were stopped by a wall along x = 5, y from 1 to 4, and by what is behind its line from y = 4 on."""
+    rng = np.random.default_rng(seed)
+    on = np.column_stack([np.full(60, 5.0), rng.uniform(1, 4, 60), rng.uniform(0.5, 2.0, 60)])
+    beyond = np.column_stack([np.full(through_the_gap, 8.0), rng.uniform(8, 14, through_the_gap), rng.uniform(0.5, 2.0, through_the_gap)])
+    hits = np.vstack([on, beyond])
+    return Rays(hits, np.tile([1.0, 1.0, 1.4], (len(hits), 1)), 0.2, 2.4)
+
+
+@pytest.mark.parametrize(("through_the_gap", "reached"), [(0, 9.0), (40, 4.0)])
+def test_a_piece_runs_on_far_only_where_nothing_was_seen_through_it(through_the_gap, reached):
+    p, q = np.array([[5.0, 1.0]]), np.array([[5.0, 4.0]])
+    room = shapely.box(0, 9, 10, 10)
+    rays = looked_into(through_the_gap=through_the_gap)
+    assert reach_out(p, q, room, rays)[1][0, 1] == pytest.approx(reached)
+    assert reach_out(p, q, room)[1][0, 1] == 4.0, "without rays only what is near counts"
+    assert reach_out(p, q, shapely.box(0, 12.5, 10, 15), rays)[1][0, 1] == 4.0, "too far for so short a piece"
+
+
+def test_what_a_pane_mirrors_is_not_joined_to_the_room():
+    p, q = np.array([[0.0, 9.0]]), np.array([[0.0, 7.0]])
+    assert reach_out(p, q, shapely.box(0, 0, 8, 6))[1][0, 1] == 7.0
+    assert reach_out(p, q, shapely.box(-4, 0, 4, 6))[1][0, 1] == pytest.approx(6.0)
+
+
+@pytest.mark.parametrize(("through_the_gap", "pieces"), [(0, 1), (40, 2)])
+def test_pieces_of_one_face_are_joined_where_nothing_was_seen_through_the_gap(through_the_gap, pieces):
+    p, q = np.array([[5.02, 8.0], [5.0, 1.0]]), np.array([[5.02, 10.0], [5.0, 4.0]])
+    rays = looked_into(through_the_gap=through_the_gap)
+    aside = np.array([[0.1, 0.0], [0.0, 0.0]])
+    a, b = joined_pieces(p, q, shapely.Polygon(), rays)
+    assert len(a) == pieces
+    assert len(joined_pieces(p, q, shapely.box(4, 5, 6, 6), rays)[0]) == 2, "no face runs through a room"
+    assert len(joined_pieces(p + aside, q + aside, shapely.Polygon(), rays)[0]) == 2, "too far aside"
+    if pieces == 1:
+        np.testing.assert_allclose([a[0, 1], b[0, 1]], [1.0, 10.0], atol=1e-3)
+        assert 4.99 < a[0, 0] < b[0, 0] < 5.03

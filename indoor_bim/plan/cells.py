@@ -9,6 +9,7 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from indoor_bim.plan.passing_rays import Rays
 from indoor_bim.plan.raster import Raster
 
 Floats = NDArray[np.float64]
@@ -17,6 +18,7 @@ Bools = NDArray[np.bool_]
 
 
 TOUCHING = 1e-3  # metres; edges on one line that are nearer follow one another
+SEEN_FROM_AFAR = 25.0  # rays stopped by a metre of a face that hardly shows
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -147,6 +149,8 @@ def hidden_wall(
     thickest: float = 0.6,
     met: float = 0.25,
     sided: bool = True,
+    rays: Rays | None = None,
+    far: float = 8.0,
 ) -> Bools:
     """Edges where a face is hidden, as behind a cupboard, and the other face of the wall is hidden as well or was seen: it goes on.
 
@@ -174,6 +178,10 @@ def hidden_wall(
         Share from which an edge counts as the face of a wall across.
     sided : bool
         Whether it is known which side faces were seen from; only then a seen face says where the other one is.
+    rays : Rays, optional
+        Rays of the scan. Where none passes, the hidden part may be longer.
+    far : float
+        Farthest end of a hidden part that no ray passes, metres.
     """
     lines = len(direction)
     length = np.hypot(*(cells.edge_end - cells.edge_start).T)
@@ -196,7 +204,13 @@ def hidden_wall(
         ahead = (on > -TOUCHING) & (corners[None] < last[:, None] + TOUCHING)
         before = np.minimum(before, np.where(behind_it, back, np.inf).min(axis=1, initial=np.inf))
         after = np.minimum(after, np.where(ahead, on, np.inf).min(axis=1, initial=np.inf))
-        candidate[rows] = behind[rows] & (np.maximum(before, after) <= gap)
+        end_of_it = np.maximum(before, after)
+        candidate[rows] = behind[rows] & (end_of_it <= gap)
+        doubtful = behind[rows] & (end_of_it <= far) & (np.maximum(end_of_it, length[rows]) > gap)
+        if rays is None:
+            continue
+        for k in rows[doubtful]:
+            candidate[k] = not rays.seen_through(cells.edge_start[k], cells.edge_end[k], stopped=SEEN_FROM_AFAR)
     hidden = np.zeros(len(wall), dtype=bool)
     for cell in np.unique(right[candidate]):
         sides = np.flatnonzero(candidate & (right == cell))

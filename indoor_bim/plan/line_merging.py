@@ -10,8 +10,11 @@ from indoor_bim.plan.face_lines import FaceLines
 Floats = NDArray[np.float64]
 Line = tuple[float, float, float, float]
 
+APART = 0.035
+"""Largest step from one piece of a line to the next, metres, where the map did not drift."""
 
-def merge_lines(lines: FaceLines, *, gap: float = 4.0, apart: float = 0.035, turn: float = 1.5) -> FaceLines:
+
+def merge_lines(lines: FaceLines, *, gap: float = 4.0, apart: float = APART, turn: float = 1.5) -> FaceLines:
     """Lines that continue one another, in the same direction and seen from the same side, become one.
 
     Parameters

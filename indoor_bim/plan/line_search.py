@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 from indoor_bim.plan.cells import Cells
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines, face_lines, join_lines
+from indoor_bim.plan.folds import without_curtains
 from indoor_bim.plan.hangings import hangings
 from indoor_bim.plan.line_fit import fit_to_points
-from indoor_bim.plan.line_merging import merge_lines
+from indoor_bim.plan.line_merging import APART, merge_lines
 from indoor_bim.plan.local_density import thinly_scanned
+from indoor_bim.plan.map_drift import largest_double
 from indoor_bim.plan.oblique import other_directions, unexplained
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.strips import BELOW_CEILING, FAR, THIN, WHOLE_COLUMN, Strips, Sweep, evidence_along, sweep
@@ -66,6 +68,10 @@ def find_lines(points: WallPoints, overhead: Raster | None) -> tuple[FaceLines, 
             sweeps, found = sweeps + shown, found + others
         more = join_lines(found)
         lines = merge_lines(join_lines([lines, more.take(~beside(more, lines))]))
+    lines = without_curtains(lines, points)
+    drift = largest_double(lines, points)
+    if drift > APART:
+        lines = merge_lines(lines, apart=drift)
     lines = fit_to_points(lines, points)
     hung = hangings(lines, lambda row, start, end: line_evidence(lines, row, sweeps, start, end))
     return lines.take(~hung), sweeps

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from indoor_bim.plan.evidence import clamp_sample
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.line_search import line_evidence
+from indoor_bim.plan.passing_rays import Rays
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.strips import BELOW_CEILING, LEAST_EVIDENCE, Sweep
 
@@ -81,10 +82,15 @@ def loose_faces(
         pieces += [(spots[a], spots[b - 1]) for a, b in edges.reshape(-1, 2) if (b - a) * STEP >= shortest]
     p, q = (np.array([piece[end] for piece in pieces]).reshape(-1, 2) for end in (0, 1))
     keep = without_doubles(p, q)
+    rays = None
     if origins is not None and keep.any():
         outside = points_outside(around, hits[:, :2])
-        keep &= opaque(p, q, hits[outside], origins[outside], low=low + 0.1, high=high - 0.1)
-    p, q = reach_out(p[keep], q[keep], rooms)
+        rays = Rays(hits[outside], origins[outside], low + 0.1, high - 0.1)
+        keep &= opaque(p, q, rays)
+    p, q = p[keep], q[keep]
+    if rays is not None:
+        p, q = joined_pieces(p, q, rooms, rays)
+    p, q = reach_out(p, q, rooms, rays)
     keep = attached(p, q, rooms)
     return p[keep], q[keep]
 
@@ -145,7 +151,80 @@ def without_doubles(p: Floats, q: Floats, *, apart: float = 0.30, share: float =
     return keep
 
 
-def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float = 3.5, past: float = 1.0) -> tuple[Floats, Floats]:
+def joined_pieces(
+    p: Floats, q: Floats, rooms: shapely.Geometry, rays: Rays, *, gap: float = 8.0, step: float = 0.07, turn: float = 3.0
+) -> tuple[Floats, Floats]:
+    """Pieces of one face joined where nothing was seen through the gap between them.
+
+    Parameters
+    ----------
+    p, q : (n, 2) float64
+        Ends, free space to the left of p -> q, metres.
+    rooms : shapely geometry
+        Closed rooms: no face runs through them.
+    rays : Rays
+        Rays to points outside the rooms.
+    gap : float
+        Longest gap, metres.
+    step : float
+        Largest step from the line of a piece to the next, metres: a map drifts.
+    turn : float
+        Largest angle between the two, degrees.
+
+    Returns
+    -------
+    p, q : (m, 2) float64
+        Ends, metres.
+    """
+    pieces = [(np.asarray(a), np.asarray(b)) for a, b in zip(p, q, strict=True)]
+    k = 0
+    while k < len(pieces):
+        a, b = pieces[k]
+        length = float(np.hypot(*(b - a)))
+        d = (b - a) / length
+        normal = np.array([-d[1], d[0]])
+        onward = []
+        for j, (c, e) in enumerate(pieces):
+            ahead, aside = float((c - b) @ d), float((c - b) @ normal)
+            straight = float((e - c) @ d) > np.cos(np.radians(turn)) * float(np.hypot(*(e - c)))
+            if j != k and straight and 0.0 < ahead < gap and abs(aside) < step:
+                onward.append((ahead, j))
+        for _, j in sorted(onward)[:1]:
+            c, e = pieces[j]
+            stopped = rays.met(a, b)[0] / length
+            if not rays.seen_through(b, c, stopped=stopped) and not shapely.LineString([b, c]).intersects(rooms):
+                pieces[k] = _one_line((a, b), (c, e))
+                del pieces[j]
+                k = -1
+                break
+        k += 1
+    ends = np.array(pieces).reshape(-1, 2, 2)
+    return ends[:, 0], ends[:, 1]
+
+
+def _one_line(first: tuple[Floats, Floats], second: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    """Line along two pieces, placed between them by their lengths, from the start of the first to the end of the second."""
+    share = np.linspace(0.05, 0.95, 10)[:, None]
+    weight = np.repeat([float(np.hypot(*(b - a))) for a, b in (first, second)], len(share))
+    spots = np.vstack([a + share * (b - a) for a, b in (first, second)])
+    middle = np.average(spots, axis=0, weights=weight)
+    spread = ((spots - middle) * weight[:, None]).T @ (spots - middle)
+    d = np.linalg.eigh(spread)[1][:, 1]
+    a, b = first[0], second[1]
+    return middle + float((a - middle) @ d) * d, middle + float((b - middle) @ d) * d
+
+
+def reach_out(
+    p: Floats,
+    q: Floats,
+    rooms: shapely.Geometry,
+    rays: Rays | None = None,
+    *,
+    near: float = 3.5,
+    far: float = 8.0,
+    farthest: float = 12.0,
+    past: float = 1.0,
+) -> tuple[Floats, Floats]:
     """Pieces whose ends run on to the next room or to where they meet another piece that does the same.
 
     Parameters
@@ -154,8 +233,12 @@ def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float 
         Ends, metres.
     rooms : shapely geometry
         Closed rooms.
-    farthest : float
-        Longest prolongation, metres.
+    rays : Rays, optional
+        Rays to points outside the rooms.
+    near : float
+        Longest prolongation without a look at the rays, metres.
+    far, farthest : float
+        Longest prolongation where nothing was seen through it, and of pieces that are at least half as long, metres.
     past : float
         Longest end past what a piece meets that is cut off, metres.
 
@@ -169,39 +252,51 @@ def reach_out(p: Floats, q: Floats, rooms: shapely.Geometry, *, farthest: float 
     new = [p.copy(), q.copy()]
     for k in range(len(p)):
         for end, (spot, d) in enumerate(((p[k], -direction[k]), (q[k], direction[k]))):
-            meets = []
-            beyond = shapely.LineString([spot, spot + farthest * d]).intersection(rooms)
-            if not beyond.is_empty:
-                meets.append(float(shapely.Point(spot).distance(beyond)))
-            cross = direction[:, 0] * d[1] - direction[:, 1] * d[0]
-            for j in np.flatnonzero(np.abs(cross) > 0.5):
-                w = p[j] - spot
-                along = (w[1] * direction[j, 0] - w[0] * direction[j, 1]) / cross[j]
-                on = (w[1] * d[0] - w[0] * d[1]) / cross[j]
-                if -past < along < farthest and -farthest < on < length[j] + farthest:
-                    meets.append(float(along))
-            if meets:
-                new[end][k] = spot + min(meets) * d
+            ahead = _next_met(p, q, rooms, spot, d, reach=near, past=past)
+            if ahead is None and rays is not None:
+                ahead = _next_met(p, q, rooms, spot, d, reach=min(farthest, max(far, 2 * float(length[k]))), past=past)
+                if ahead is not None and rays.seen_through(spot, spot + ahead * d, stopped=rays.met(p[k], q[k])[0] / float(length[k])):
+                    ahead = None
+            if ahead is not None and _continues_a_side(rooms, spot + ahead * d, d):
+                ahead = None
+            if ahead is not None:
+                new[end][k] = spot + ahead * d
     return new[0], new[1]
 
 
-def opaque(
-    p: Floats, q: Floats, hits: Floats, origins: Floats, *, low: float, high: float, near: float = 0.06, walls: float = 3.0
-) -> NDArray[np.bool_]:
+def _continues_a_side(rooms: shapely.Geometry, end: Floats, d: Floats, *, along: float = 1.0, beside: float = 0.10) -> bool:
+    """Whether a side of a room runs on from an end: a pane across shows the side again beyond, mirrored."""
+    onward = shapely.LineString([end - beside * d, end + along * d]).buffer(beside, cap_style="flat")
+    return bool(shapely.intersection(shapely.boundary(rooms), onward).length > 0.7 * along)
+
+
+def _next_met(p: Floats, q: Floats, rooms: shapely.Geometry, spot: Floats, d: Floats, *, reach: float, past: float) -> float | None:
+    """How far from a spot, along d, the next room or the line of another piece is; None if there is none within reach."""
+    length = np.hypot(*(q - p).T)
+    direction = (q - p) / length[:, None]
+    meets = []
+    beyond = shapely.LineString([spot, spot + reach * d]).intersection(rooms)
+    if not beyond.is_empty:
+        meets.append(float(shapely.Point(spot).distance(beyond)))
+    cross = direction[:, 0] * d[1] - direction[:, 1] * d[0]
+    for j in np.flatnonzero(np.abs(cross) > 0.5):
+        w = p[j] - spot
+        along = (w[1] * direction[j, 0] - w[0] * direction[j, 1]) / cross[j]
+        on = (w[1] * d[0] - w[0] * d[1]) / cross[j]
+        if -past < along < reach and -reach < on < length[j] + reach:
+            meets.append(float(along))
+    return min(meets) if meets else None
+
+
+def opaque(p: Floats, q: Floats, rays: Rays, *, walls: float = 3.0) -> NDArray[np.bool_]:
     """Pieces that stopped nearly all rays that came to them: what only a mirror shows lets rays pass.
 
     Parameters
     ----------
     p, q : (n, 2) float64
         Ends, free space to the left of p -> q, metres.
-    hits : (m, 3) float64
-        Points around and behind the pieces, metres.
-    origins : (m, 3) float64
-        Scanner position at each of them, metres.
-    low, high : float
-        Heights between which rays count, metres.
-    near : float
-        Points this close to a piece were stopped by it, metres.
+    rays : Rays
+        Rays to points around and behind the pieces.
     walls : float
         Rays that a wall with windows stops for each that goes through.
 
@@ -214,25 +309,13 @@ def opaque(
     --------
     >>> p, q = np.array([[2.0, 3.0]]), np.array([[0.0, 3.0]])
     >>> hits = np.array([[0.5, 3.0, 1.0], [1.5, 3.01, 1.0], [0.9, 2.99, 1.2], [1.0, 5.0, 1.0]])
-    >>> opaque(p, q, hits, np.tile([1.0, 0.0, 1.0], (4, 1)), low=0.0, high=2.5).tolist()
+    >>> opaque(p, q, Rays(hits, np.tile([1.0, 0.0, 1.0], (4, 1)), low=0.0, high=2.5)).tolist()
     [True]
-    >>> opaque(p, q, hits[[0, 1, 3]], np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5).tolist()
+    >>> opaque(p, q, Rays(hits[[0, 1, 3]], np.tile([1.0, 0.0, 1.0], (3, 1)), low=0.0, high=2.5)).tolist()
     [False]
     """
-    keep = np.ones(len(p), dtype=bool)
-    length = np.hypot(*(q - p).T)
-    for k in range(len(p)):
-        d = (q[k] - p[k]) / length[k]
-        normal = np.array([-d[1], d[0]])
-        before, behind = (origins[:, :2] - p[k]) @ normal, (hits[:, :2] - p[k]) @ normal
-        rows = np.flatnonzero((before > near) & (behind < near))
-        share = before[rows] / (before[rows] - np.minimum(behind[rows], 0.0))
-        spot = origins[rows] + share[:, None] * (hits[rows] - origins[rows])
-        along = (spot[:, :2] - p[k]) @ d
-        on = (along > 0) & (along < length[k]) & (spot[:, 2] > low) & (spot[:, 2] < high)
-        stopped = np.count_nonzero(on & (behind[rows] > -near))
-        keep[k] = stopped >= walls * (np.count_nonzero(on) - stopped)
-    return keep
+    met = np.array([rays.met(p[k], q[k]) for k in range(len(p))]).reshape(-1, 2)
+    return np.asarray(met[:, 0] >= walls * met[:, 1])
 
 
 def attached(p: Floats, q: Floats, rooms: shapely.Geometry, *, gap: float = 0.3) -> NDArray[np.bool_]:

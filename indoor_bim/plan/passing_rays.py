@@ -1,0 +1,81 @@
+"""Rays of the scanner that pass through an upright plane, or were stopped by it: what was seen through is no wall."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+NEAR = 0.06
+"""Points this close to a plane were stopped by it, metres."""
+SHARE = 0.1
+"""Rays that pass per metre of a wall's hidden part, of those that were stopped per metre where it was seen: fewer are reflections."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rays:
+    """Where rays began and ended, and between which heights they count.
+
+    Parameters
+    ----------
+    hits, origins : (n, 3) float64
+        Points, and the scanner's position at each, metres.
+    low, high : float
+        Lowest and highest height, metres.
+    """
+
+    hits: Floats
+    origins: Floats
+    low: float
+    high: float
+
+    def met(self, p: Floats, q: Floats, *, both_sides: bool = False) -> tuple[int, int]:
+        """Rays that an upright plane from p to q stopped, and rays that went through it.
+
+        Parameters
+        ----------
+        p, q : (2,) float64
+            Ends, metres.
+        both_sides : bool
+            Count rays from the right of p -> q as well as those from the left.
+
+        Examples
+        --------
+        >>> hits = np.array([[0.5, 3.0, 1.0], [1.5, 3.01, 1.0], [1.0, 5.0, 1.0]])
+        >>> rays = Rays(hits, np.tile([1.0, 0.0, 1.0], (3, 1)), 0.0, 2.5)
+        >>> rays.met(np.array([2.0, 3.0]), np.array([0.0, 3.0]))
+        (2, 1)
+        """
+        length = float(np.hypot(*(q - p)))
+        if length < 1e-9:
+            return 0, 0
+        d = (q - p) / length
+        normal = np.array([-d[1], d[0]])
+        before = (self.origins[:, :2] - p) @ normal
+        behind = (self.hits[:, :2] - p) @ normal
+        crosses = (before > NEAR) & (behind < NEAR)
+        if both_sides:
+            crosses |= (before < -NEAR) & (behind > -NEAR)
+        rows = np.flatnonzero(crosses)
+        before, behind = before[rows], behind[rows]
+        share = before / (before - np.where(before * behind > 0, 0.0, behind))
+        spot = self.origins[rows] + share[:, None] * (self.hits[rows] - self.origins[rows])
+        along = (spot[:, :2] - p) @ d
+        on = (along > 0) & (along < length) & (spot[:, 2] > self.low) & (spot[:, 2] < self.high)
+        stopped = int(np.count_nonzero(on & (np.abs(behind) < NEAR)))
+        return stopped, int(np.count_nonzero(on)) - stopped
+
+    def seen_through(self, p: Floats, q: Floats, *, stopped: float) -> bool:
+        """Whether more rays pass from p to q, from either side, than reflections may.
+
+        Parameters
+        ----------
+        p, q : (2,) float64
+            Ends of the part of a wall that was not seen, metres.
+        stopped : float
+            Rays stopped per metre of the part that was seen.
+        """
+        return self.met(p, q, both_sides=True)[1] > SHARE * stopped * float(np.hypot(*(q - p)))
