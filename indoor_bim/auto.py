@@ -16,7 +16,7 @@ from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.arc_chains import chain_ends, with_curved_walls
 from indoor_bim.plan.beams import without_beams
-from indoor_bim.plan.built_in import without_built_ins
+from indoor_bim.plan.built_in import without_bare_niches, without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
 from indoor_bim.plan.curve import Curve
 from indoor_bim.plan.face_lines import FaceLines
@@ -158,13 +158,15 @@ def _entered(outlines: Sequence[RoomOutline], space: FreeSpace, *, share: float 
 
 
 def _behind_built_ins(outlines: Sequence[RoomOutline], folded: NDArray[np.bool_]) -> tuple[RoomOutline, ...]:
-    """Outlines that run along the walls behind built-in furniture and curtains."""
+    """Outlines that run along the walls: behind built-in furniture and curtains, and across doorways."""
     polygons = [outline.polygon for outline in outlines]
     rooms = []
     for k, outline in enumerate(outlines):
         others = shapely.union_all([polygon for j, polygon in enumerate(polygons) if j != k])
         soft = [line < len(folded) and bool(folded[line]) for line in outline.exterior.lines]
         corners = without_built_ins(outline.exterior.corners, folded=soft, others=others)
+        if corners == outline.exterior.corners:
+            corners = without_bare_niches(corners, bare=[line >= len(folded) for line in outline.exterior.lines])
         if len(corners) != len(outline.exterior.corners):
             outline = RoomOutline(OutlineRing(corners, (-1,) * len(corners)), outline.holes)
         rooms.append(outline)

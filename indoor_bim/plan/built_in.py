@@ -59,6 +59,42 @@ def without_built_ins(
     return tuple((float(x), float(y)) for x, y in ring)
 
 
+def without_bare_niches(corners: Sequence[tuple[float, float]], *, bare: Sequence[bool]) -> tuple[tuple[float, float], ...]:
+    """Outline of a room that does not run out into a doorway: through a niche in a wall whose back is no wall.
+
+    Parameters
+    ----------
+    corners : sequence of (float, float)
+        Counter-clockwise outline, metres.
+    bare : sequence of bool
+        Sides along which no face of a wall was found.
+
+    Returns
+    -------
+    tuple of (float, float)
+        Corners of the outline.
+
+    Examples
+    --------
+    >>> room = [(0, 0), (1, 0), (1, -0.3), (2, -0.3), (2, 0), (4, 0), (4, 3), (0, 3)]
+    >>> without_bare_niches(room, bare=[side == 2 for side in range(8)])
+    ((0.0, 0.0), (4.0, 0.0), (4.0, 3.0), (0.0, 3.0))
+    >>> len(without_bare_niches(room, bare=[False] * 8))
+    8
+    """
+    ring = [np.asarray(corner, dtype=np.float64) for corner in corners][::-1]
+    open_behind = [bare[len(ring) - 2 - side] for side in range(len(ring))]
+    first = 0
+    while first < len(ring) and len(ring) > 4:
+        candidate = _without_box(ring, first, least=CLOSEST_CURTAIN) if open_behind[first] else None
+        if candidate is not None and shapely.Polygon(list(candidate.values())).is_valid:
+            open_behind = [open_behind[side] for side in candidate]
+            ring, first = list(candidate.values()), 0
+        else:
+            first += 1
+    return tuple((float(x), float(y)) for x, y in ring[::-1])
+
+
 def _without_box(ring: list[Floats], k: int, *, least: float) -> dict[int, Floats] | None:
     """Corners, by their number in the ring, without the box whose front is side k; None where there is no such box."""
     count = len(ring)
