@@ -18,6 +18,7 @@ from indoor_bim.plan.facing import orient_by_free_space
 from indoor_bim.plan.image import wall_image
 from indoor_bim.plan.line_placement import place_on_points
 from indoor_bim.plan.loose_faces import attached, opaque, reach_out, without_doubles
+from indoor_bim.plan.passing_rays import Rays
 from indoor_bim.plan.raster import Raster, count_raster
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.slope_lines import find_slope_lines, to_segments
@@ -96,10 +97,10 @@ def walls_afar(levelled: LevelledCloud, found: SlopeStages, walls: Segments, sen
     faces = wall_stretches(faces, columns, known=nothing, doubtful=~nothing)
     keep = without_doubles(faces.p, faces.q) & _below_ceiling(faces, overhead)
     if sensor is not None:
-        keep &= opaque(faces.p, faces.q, everything, sensor[away] - [0, 0, low], low=LAYER, high=height - LAYER)
+        keep &= opaque(faces.p, faces.q, Rays(everything, sensor[away] - [0, 0, low], low=LAYER, high=height - LAYER))
     faces = measure_support(faces.take(keep), points, reach=REACH, height=height)
     standing = shapely.union_all(shapely.linestrings(np.stack([walls.p, walls.q], axis=1))).buffer(REACH)
-    p, q = reach_out(faces.p, faces.q, standing)
+    p, q = reach_out(faces.p, faces.q, standing, mirrors=False)
     return replace(faces, p=p, q=q, top=np.full(len(faces), height)).take(attached(p, q, standing))
 
 

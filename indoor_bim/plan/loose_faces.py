@@ -224,6 +224,7 @@ def reach_out(
     far: float = 8.0,
     farthest: float = 12.0,
     past: float = 1.0,
+    mirrors: bool = True,
 ) -> tuple[Floats, Floats]:
     """Pieces whose ends run on to the next room or to where they meet another piece that does the same.
 
@@ -241,6 +242,8 @@ def reach_out(
         Longest prolongation where nothing was seen through it, and of pieces that are at least half as long, metres.
     past : float
         Longest end past what a piece meets that is cut off, metres.
+    mirrors : bool
+        Whether what would continue the side of a room is taken for its image in a pane, and left.
 
     Returns
     -------
@@ -257,7 +260,7 @@ def reach_out(
                 ahead = _next_met(p, q, rooms, spot, d, reach=min(farthest, max(far, 2 * float(length[k]))), past=past)
                 if ahead is not None and rays.seen_through(spot, spot + ahead * d, stopped=rays.met(p[k], q[k])[0] / float(length[k])):
                     ahead = None
-            if ahead is not None and _continues_a_side(rooms, spot + ahead * d, d):
+            if ahead is not None and mirrors and _continues_a_side(rooms, spot + ahead * d, d):
                 ahead = None
             if ahead is not None:
                 new[end][k] = spot + ahead * d
