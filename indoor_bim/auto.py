@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.cloud import LevelledCloud
 from indoor_bim.cloud.levels import thin
+from indoor_bim.cloud.no_walls import no_walls
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.arc_chains import chain_ends, with_curved_walls
@@ -77,6 +78,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         If the storey has no points between floor and ceiling.
     """
     storey = levelled.storeys[number]
+    seen = {"floor": storey.floor is not None, "ceiling": storey.ceiling is not None}
     above = [s.floor for s in levelled.storeys[number + 1 :] if s.floor is not None]
     floor = storey.floor if storey.floor is not None else (storey.ceiling or 0.0) - 2.5
     top = storey.ceiling + 0.15 if storey.ceiling is not None else (above[0] - 0.1 if above else floor + 6.0)
@@ -86,7 +88,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     overhead = roof_surface(sample, floor=floor, top=top) if pitched else ev.overhead_surface(sample, floor=floor, top=top)
     ceiling = ridge_height(overhead) if pitched and overhead is not None else storey.ceiling
     if overhead is None and not ((sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)).any():
-        raise NothingToReconstructError(_no_walls(len(levelled.points)))
+        raise NothingToReconstructError(no_walls(len(levelled.points), **seen))
     low, high = extent(overhead, sample, floor=floor, top=top)
     near = ev.rows_within(points, np.array([*low, floor - 0.1]), np.array([*high, top]))
     if len(near) < len(points):
@@ -94,7 +96,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):
-        raise NothingToReconstructError(_no_walls(len(levelled.points)))
+        raise NothingToReconstructError(no_walls(len(levelled.points), **seen))
     cover = (storey.ceiling if storey.ceiling is not None else floor + 2.0) - 0.06
     space = free_space(
         points, levelled.points, wall_points, filled, floor=floor, cover=cover, low=low, high=high, cell=PIXEL, open_top=overhead is None
@@ -171,10 +173,6 @@ def _behind_built_ins(outlines: Sequence[RoomOutline], folded: NDArray[np.bool_]
             outline = RoomOutline(OutlineRing(corners, (-1,) * len(corners)), outline.holes)
         rooms.append(outline)
     return tuple(rooms)
-
-
-def _no_walls(points: int) -> str:
-    return f"found {points} points and none between floor and ceiling; expected walls: scan them too, at their full height"
 
 
 def _plan(

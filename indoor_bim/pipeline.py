@@ -110,6 +110,7 @@ def reconstruct(
     stages = Stages(progress)
 
     from indoor_bim.cloud.density_limit import limit_for
+    from indoor_bim.cloud.no_walls import check_depth
     from indoor_bim.cloud.read import as_cloud
 
     with stages("read") as keep:
@@ -121,6 +122,7 @@ def reconstruct(
     failure: NothingToReconstructError | None = None
     found = Reconstruction(frame=cloud.frame)
     try:
+        check_depth(cloud.points)
         found = METHODS[method](cloud, params, stages)
     except NothingToReconstructError as error:
         failure = NothingToReconstructError(f"{cloud.source}: {str(error).removeprefix(f'{cloud.source}: ')}")

@@ -147,7 +147,7 @@ def test_each_unreadable_scan_has_its_own_message(tmp_path: Path, capsys: Captur
         scan = make(folder)
         main(["info", str(scan)])
         messages.append(re.sub(r"[\d,]+", "", capsys.readouterr().err.replace(str(scan), "")))
-    pairs = {("not_a_number", "infinite"), ("unknown_extension", "no_extension")}
+    pairs = {("unknown_extension", "no_extension")}
     names = [make.__name__ for make, _ in UNREADABLE]
     for i, first in enumerate(messages):
         for j in range(i):
@@ -182,13 +182,24 @@ def noise() -> Points:
     return np.random.default_rng(0).normal(size=(5000, 3))
 
 
-@pytest.mark.parametrize("make", [without_walls, ceiling_only, two_dimensional, line], ids=lambda make: make.__name__)
-def test_nothing_to_reconstruct(make: Callable[[], Points], tmp_path: Path, capsys: Captured) -> None:
+@pytest.mark.parametrize("method", ["auto", "slope"])
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (without_walls, "floor and ceiling, but hardly a point between them"),
+        (ceiling_only, "a (floor|ceiling) and hardly anything else"),
+        (two_dimensional, "in one plane .* two dimensions"),
+        (line, "on one line"),
+    ],
+    ids=lambda value: getattr(value, "__name__", ""),
+)
+def test_nothing_to_reconstruct(make: Callable[[], Points], words: str, method: str, tmp_path: Path, capsys: Captured) -> None:
     scan = write_laz(tmp_path / "scan.laz", make())
     out = tmp_path / "out"
-    assert main(["reconstruct", str(scan), "-o", str(out), "-q"]) == 4
+    assert main(["reconstruct", str(scan), "-o", str(out), "-q", "--method", method]) == 4
     stderr = capsys.readouterr().err
     assert stderr.startswith("error: ")
+    assert re.search(words, stderr)
     assert "scan.laz" in stderr
     assert "Traceback" not in stderr
     assert sorted(path.name for path in out.iterdir()) == ["model.ifc", "model.json", "model.mtl", "model.obj", "params.toml", "plan.svg"]

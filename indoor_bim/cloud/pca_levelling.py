@@ -9,6 +9,7 @@ import numpy as np
 
 from indoor_bim.cloud.cloud import CEILING, FLOOR, WALL, Cloud, LevelledCloud, StoreyLevels
 from indoor_bim.cloud.floor_and_ceiling import THIN_CELL, find_floor_and_ceiling, main_body
+from indoor_bim.cloud.no_walls import no_walls
 from indoor_bim.cloud.plane import Plane, rotation_to_z
 from indoor_bim.cloud.thinning import thin_evenly
 from indoor_bim.errors import NothingToReconstructError
@@ -56,10 +57,8 @@ def level_by_pca(
     high = planes.ceiling if planes.ceiling is not None else float(np.quantile(height, 0.995))
     between = (part == WALL) & (height > low) & (height < high)
     if between.sum() < 100:
-        raise NothingToReconstructError(
-            f"{cloud.source}: found only {int(between.sum())} points between floor and ceiling of {len(cloud)}; "
-            "expected walls: scan them too"
-        )
+        seen = {"floor": planes.floor is not None, "ceiling": planes.ceiling is not None}
+        raise NothingToReconstructError(f"{cloud.source}: {no_walls(len(cloud), **seen)}")
     upright = cloud.points.take(np.flatnonzero(between), axis=0) @ turn.T
     walls = thin_evenly(upright, cell=THIN_CELL)
     walls = walls.take(np.flatnonzero(main_body(walls)), axis=0)

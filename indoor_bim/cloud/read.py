@@ -154,13 +154,14 @@ def _cloud(
     points = raw.points
     finite: slice | NDArray[np.bool_] = slice(None)
     low, high = _bounds(points)
+    kind = "not numbers" if np.isnan([low, high]).any() else "infinite"
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         finite = np.logical_and.reduce(np.isfinite(points), axis=1)
         dropped = len(points) - len(points[finite])
         warnings.append(f"{dropped:,} of {len(points):,} points have coordinates that are not finite; they were left out")
         points = points[finite]
         low, high = _bounds(points)
-    _check_points(points, low, high, where=where, dropped=len(raw.points) - len(points))
+    _check_points(points, low, high, where=where, dropped=len(raw.points) - len(points), kind=kind)
     axis = up if up != "auto" else "y" if looks_y_up(points) else "z"
     if up == "auto" and axis == "y":
         warnings.append("the scan has its floors and ceilings across the y axis: y was taken as up (option up)")
@@ -215,10 +216,10 @@ def _bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[n
     return np.array([column.min() for column in points.T]), np.array([column.max() for column in points.T])
 
 
-def _check_points(points: NDArray, low: NDArray, high: NDArray, *, where: str, dropped: int) -> None:
+def _check_points(points: NDArray, low: NDArray, high: NDArray, *, where: str, dropped: int, kind: str) -> None:
     advice = "expected a scan of a building; check the file or export it again"
     if len(points) == 0 and dropped:
-        raise ReadError(f"{where}: found no point with finite coordinates among {dropped:,}, {advice}")
+        raise ReadError(f"{where}: found no point with finite coordinates among {dropped:,} ({kind}), {advice}")
     if len(points) == 0:
         raise ReadError(f"{where}: found 0 points, {advice}")
     if len(points) == 1:
