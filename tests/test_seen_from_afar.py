@@ -242,6 +242,8 @@ def test_what_a_pane_mirrors_is_not_joined_to_the_room():
     p, q = np.array([[0.0, 9.0]]), np.array([[0.0, 7.0]])
     assert reach_out(p, q, shapely.box(0, 0, 8, 6))[1][0, 1] == 7.0
     assert reach_out(p, q, shapely.box(-4, 0, 4, 6))[1][0, 1] == pytest.approx(6.0)
+    assert reach_out(p, q, shapely.box(0, 0, 8, 6.5))[1][0, 1] == pytest.approx(6.5), "the side itself, beyond the end of the room"
+    assert reach_out(p, q, shapely.box(1e-6, 0, 8, 6.5), near=9.0)[1][0, 1] == 7.0, "which it may just miss"
 
 
 @pytest.mark.parametrize(("through_the_gap", "pieces"), [(0, 1), (40, 2)])

@@ -225,6 +225,7 @@ def reach_out(
     farthest: float = 12.0,
     past: float = 1.0,
     mirrors: bool = True,
+    away: float = 0.6,
 ) -> tuple[Floats, Floats]:
     """Pieces whose ends run on to the next room or to where they meet another piece that does the same.
 
@@ -244,6 +245,8 @@ def reach_out(
         Longest end past what a piece meets that is cut off, metres.
     mirrors : bool
         Whether what would continue the side of a room is taken for its image in a pane, and left.
+    away : float
+        Nearer to the room it is that side itself, metres.
 
     Returns
     -------
@@ -260,7 +263,8 @@ def reach_out(
                 ahead = _next_met(p, q, rooms, spot, d, reach=min(farthest, max(far, 2 * float(length[k]))), past=past)
                 if ahead is not None and rays.seen_through(spot, spot + ahead * d, stopped=rays.met(p[k], q[k])[0] / float(length[k])):
                     ahead = None
-            if ahead is not None and mirrors and _continues_a_side(rooms, spot + ahead * d, d):
+            beyond_a_pane = mirrors and shapely.Point(spot).distance(rooms) > away
+            if ahead is not None and beyond_a_pane and _continues_a_side(rooms, spot + ahead * d, d):
                 ahead = None
             if ahead is not None:
                 new[end][k] = spot + ahead * d
