@@ -32,6 +32,7 @@ def sort_with_margins(points, first_row, origin, scale, state, slot_key, slot_ti
     """Loop for `sort_into_tiles`: the grid is an origin (3,) and the steps per unit; points suit it that lie within `MOST_STEPS`."""
     flat = points.shape[1] == 2
     wrap = np.uint64(len(slot_key) - 1)
+    step_key, step_xy, step_z = np.zeros(3, np.int64), np.zeros(3, np.int64), np.zeros(3, np.int64)
     x0, y0, z0 = origin[0], origin[1], origin[2]
     start, tiles, used = state[0], state[1], state[2]
     room = len(records) - SHARED * (LONGEST_RUN + 1)
@@ -50,32 +51,43 @@ def sort_with_margins(points, first_row, origin, scale, state, slot_key, slot_ti
         to_x = np.int64(x >= _SIDE - CELL) - np.int64(x < CELL)  # neighbour tiles whose margins the point lies in
         to_y = np.int64(y >= _SIDE - CELL) - np.int64(y < CELL)
         to_z = np.int64(z >= _SIDE - CELL) - np.int64(z < CELL)
-        for a in range(1 + abs(to_x)):
-            for b in range(1 + abs(to_y)):
-                for c in range(1 + abs(to_z)):
-                    other = key + ((a * to_x) << 42) + ((b * to_y) << 21) + c * to_z
-                    word = np.uint64(other)
-                    slot = (((word ^ word >> FOLD) * HASH) >> HIGH) & wrap
-                    there = slot_key[slot]
-                    while there != other and there != FREE:
-                        slot = (slot + ONE) & wrap
-                        there = slot_key[slot]
-                    if there == FREE:
-                        slot_key[slot], slot_tile[slot], keys[tiles] = other, tiles, other
-                        chain[tiles, BEGIN], chain[tiles, NEXT], chain[tiles, END] = used, used, used + FIRST_RUN
-                        used += FIRST_RUN + 1
-                        tiles += 1
-                    tile = np.uint64(slot_tile[slot])
-                    to = chain[tile, NEXT]
-                    if to == chain[tile, END]:
-                        length = min(chain[tile, COUNT], LONGEST_RUN)
-                        records[to, 0], records[to, 1] = used, length
-                        to = used
-                        chain[tile, END] = used + length
-                        used += length + 1
-                    records[to, 0] = xy - a * to_x * _SIDE - (b * to_y * _SIDE << 32)
-                    records[to, 1] = z_row - c * to_z * _SIDE
-                    chain[tile, NEXT] = to + 1
-                    chain[tile, COUNT] += 1
+        count = np.int64(1)
+        if to_x | to_y | to_z:
+            step_key[0], step_xy[0], step_z[0] = to_x << 42, to_x * _SIDE, 0
+            axes = abs(to_x)
+            step_key[axes], step_xy[axes], step_z[axes] = to_y << 21, to_y * _SIDE << 32, 0
+            axes += abs(to_y)
+            step_key[axes], step_xy[axes], step_z[axes] = to_z, 0, to_z * _SIDE
+            count = 1 << (axes + abs(to_z))
+        for k in range(count):
+            other, xy_here, z_row_here = key, xy, z_row
+            if k:
+                a, b, c = k & 1, k >> 1 & 1, k >> 2
+                other += a * step_key[0] + b * step_key[1] + c * step_key[2]
+                xy_here -= a * step_xy[0] + b * step_xy[1] + c * step_xy[2]
+                z_row_here -= a * step_z[0] + b * step_z[1] + c * step_z[2]
+            word = np.uint64(other)
+            slot = (((word ^ word >> FOLD) * HASH) >> HIGH) & wrap
+            there = slot_key[slot]
+            while there != other and there != FREE:
+                slot = (slot + ONE) & wrap
+                there = slot_key[slot]
+            if there == FREE:
+                slot_key[slot], slot_tile[slot], keys[tiles] = other, tiles, other
+                chain[tiles, BEGIN], chain[tiles, NEXT], chain[tiles, END] = used, used, used + FIRST_RUN
+                used += FIRST_RUN + 1
+                tiles += 1
+            tile = np.uint64(slot_tile[slot])
+            to = chain[tile, NEXT]
+            if to == chain[tile, END]:
+                length = min(chain[tile, COUNT], LONGEST_RUN)
+                records[to, 0], records[to, 1] = used, length
+                to = used
+                chain[tile, END] = used + length
+                used += length + 1
+            records[to, 0] = xy_here
+            records[to, 1] = z_row_here
+            chain[tile, NEXT] = to + 1
+            chain[tile, COUNT] += 1
     state[0], state[1], state[2] = len(points), tiles, used
     return True
