@@ -146,6 +146,16 @@ def test_missing_floor_is_said_and_walls_stand_at_zero():
     assert "the floor was not seen" in levelled.warnings
 
 
+def test_a_floor_that_was_hardly_seen_is_found_below_the_ceiling():
+    scan = box_room(length=12.0, width=9.0)
+    low = scan[:, 2] < 0.01
+    dimly = scan[~low | (np.random.default_rng(5).random(len(scan)) < 0.2)]
+    levelled = planes.level_by_pca(cloud_of(dimly))
+    assert levelled.storeys[0].floor == pytest.approx(0.0)
+    assert levelled.storeys[0].ceiling == pytest.approx(2.8, abs=0.005)
+    assert not levelled.warnings
+
+
 def test_trajectory_moves_with_the_cloud():
     cloud = cloud_of(box_room())
     path = np.column_stack([[np.nan, 1.0], cloud.points[:2]])

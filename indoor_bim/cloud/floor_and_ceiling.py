@@ -24,6 +24,8 @@ LARGEST_SLANT = np.deg2rad(3)
 """Angle beyond which floor and ceiling are not parallel."""
 SMALLEST_HEIGHT = 1.5
 """Storeys lower than this (metres) are not believed."""
+FAINT_SHARE = 0.1
+"""Points of a floor or ceiling that was hardly seen, against the other one, which was."""
 THIN_CELL = 0.05
 """Side of the boxes that points are thinned to, metres."""
 ENOUGH_POINTS = 60_000
@@ -141,6 +143,11 @@ def _floor_and_ceiling_levels(height: Points) -> tuple[float | None, float | Non
         if higher.any():
             return float(level), float(levels[higher & (counts >= 0.7 * counts[higher].max())][0])
     level = float(levels[np.argmax(counts)])
+    faint, counts = horizontal_layers(height, share=FAINT_SHARE)
+    opposite = np.abs(faint - level) >= SMALLEST_HEIGHT
+    if opposite.any():
+        other = float(faint[opposite][np.argmax(counts[opposite])])
+        return min(level, other), max(level, other)
     above, below = (height > level + 0.15).sum(), (height < level - 0.15).sum()
     return (level, None) if above >= below else (None, level)
 
