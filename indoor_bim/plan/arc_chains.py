@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.arc_fit import FINE, Arc
+from indoor_bim.plan.arc_fit import COLUMN, FINE, Arc
 from indoor_bim.plan.arcs import ON_ARC, UPPER, Spots, explained_by_straight_lines, find_arcs, wall_spots
 from indoor_bim.plan.curve import THICKEST, THINNEST, Curve
 from indoor_bim.plan.evidence import WallPoints
@@ -21,6 +22,8 @@ CLOSE = 0.04
 """Arcs of one wall have one centre: what is this close to a circle lies on it, metres."""
 ASIDE, BESIDE = 0.50, 0.35
 """How far around a piece of a chain its evidence is worked out, across and along, metres."""
+FARTHEST = 0.60
+"""How far a chain is prolonged to the next line, metres."""
 CONVEX_RADIUS = 0.75
 """Smaller circles that were seen from outside are columns, metres."""
 
@@ -53,6 +56,8 @@ def with_curved_walls(lines: FaceLines, sweeps: list[Sweep], points: WallPoints)
     loose = spots.take(~explained_by_straight_lines(spots, lines))
     curves, chains, found = [], [], list(sweeps)
     for group in _walls_of(arcs):
+        if len({arc.from_within for arc in group}) == 1 and points.sensor is not None:
+            group += _face_behind(group[0], spots)
         curve = _curve(group, loose)
         for radius, within in _faces(group, curve.centre, known=points.sensor is not None):
             chain = _chain(curve, radius, within=within, family=len(found))
@@ -101,10 +106,29 @@ def _curve(group: Sequence[Arc], spots: Spots, *, bound: float = FINE) -> Curve:
     return Curve(best.centre, tuple(radii), start, end, float(np.sqrt(best.covariance[2, 2])), deviation, pieces)
 
 
+def _face_behind(arc: Arc, spots: Spots, *, least: float = 0.4, within: float = 0.02) -> list[Arc]:
+    """Other face of a wall: a circle about the centre of an arc, as far behind it as walls are thick, with spots along most of it."""
+    away = spots.xy - arc.centre
+    distance = np.hypot(*away.T)
+    along = np.abs((away * spots.tangent).sum(axis=1)) < 0.25 * distance
+    angle = arc.after_start(spots.xy)
+    columns = max(round(arc.length / COLUMN), 1)
+    beside = along & (angle <= arc.turn)
+    column = np.minimum((angle[beside] / arc.turn * columns).astype(np.int64), columns - 1)
+    behind = (distance[beside] - arc.radius) * (1 if arc.from_within else -1)
+    depths = np.arange(THINNEST, THICKEST, FINE)
+    shares = np.array([len(np.unique(column[np.abs(behind - depth) < within])) / columns for depth in depths])
+    if shares.max() < least:
+        return []
+    near = behind[np.abs(behind - depths[np.argmax(shares)]) < 1.5 * within]
+    radius = arc.radius + float(np.median(near)) * (1 if arc.from_within else -1)
+    return [replace(arc, radius=radius, from_within=not arc.from_within)] if radius > 0 else []
+
+
 def _as_far_as_seen(
-    spots: Spots, centre: Floats, radii: Sequence[float], start: float, end: float, *, gap: float = 0.3
+    spots: Spots, centre: Floats, radii: Sequence[float], start: float, end: float, *, gap: float = 0.15, least: float = 0.25
 ) -> tuple[float, float]:
-    """Ends of an arc, moved on to the last spots on its circle that follow without a gap, in metres."""
+    """Ends of an arc, moved on by at least so much, to the last spots on its circle that follow without a gap, in metres."""
     away = spots.xy - centre
     distance = np.hypot(*away.T)
     on = np.abs(distance[:, None] - np.array(radii)).min(axis=1) < ON_ARC / 2
@@ -118,6 +142,7 @@ def _as_far_as_seen(
         steps = np.diff(followed, prepend=0.0)
         reached = int(np.argmax(np.append(steps > step, True)))
         on_by = float(followed[reached - 1]) if reached else 0.0
+        on_by = on_by if on_by * max(radii) > least else 0.0
         start, end = (start, min(end + on_by, start + 2 * np.pi)) if sign > 0 else (max(start - on_by, end - 2 * np.pi), end)
     return start, end
 
@@ -160,24 +185,26 @@ def _sweep_of_piece(chain: FaceLines, row: int, points: WallPoints) -> Sweep:
     return sweep(points.take(rows[near]), float(chain.angle[row])).bare()
 
 
-def _runs_along(lines: FaceLines, curves: Sequence[Curve], spots: Spots, *, share: float = 0.6) -> Bools:
-    """Lines most of whose spots lie on a curve."""
-    on_curve = np.zeros(len(spots), dtype=bool)
+def _runs_along(lines: FaceLines, curves: Sequence[Curve], spots: Spots, *, share: float = 0.6, short: float = 1.0) -> Bools:
+    """Lines most of whose spots lie on a curve; for short lines, on a curve or where its chain is prolonged."""
+    on_curve, near_curve = np.zeros(len(spots), dtype=bool), np.zeros(len(spots), dtype=bool)
     for curve in curves:
         away = spots.xy - curve.centre
-        distance = np.hypot(*away.T)
-        within = np.mod(np.arctan2(away[:, 1], away[:, 0]) - curve.start, 2 * np.pi) <= curve.end - curve.start
-        on_curve |= within & (np.abs(distance[:, None] - np.array(curve.radii)).min(axis=1) < CLOSE)
+        on = np.abs(np.hypot(*away.T)[:, None] - np.array(curve.radii)).min(axis=1) < CLOSE
+        angle = np.arctan2(away[:, 1], away[:, 0])
+        for found, beyond in ((on_curve, 0.0), (near_curve, FARTHEST / max(curve.radii))):
+            found |= on & (np.mod(angle - curve.start + beyond, 2 * np.pi) <= curve.end - curve.start + 2 * beyond)
     found = np.zeros(len(lines), dtype=bool)
     for k in range(len(lines)):
         along, across = spots.xy @ lines.direction[k], spots.xy @ lines.normal[k] - lines.offset[k]
         mine = (np.abs(across) < ON_ARC) & (along > lines.start[k] - ON_ARC) & (along < lines.end[k] + ON_ARC)
-        found[k] = bool(mine.any()) and float(on_curve[mine].mean()) > share
+        curved = near_curve if lines.end[k] - lines.start[k] < short else on_curve
+        found[k] = bool(mine.any()) and float(curved[mine].mean()) > share
     return found
 
 
 def chain_ends(
-    lines: FaceLines, chained: Bools, start: Floats, end: Floats, *, farthest: float = 0.6, overlap: float = 0.01, aside: float = 0.15
+    lines: FaceLines, chained: Bools, start: Floats, end: Floats, *, farthest: float = FARTHEST, overlap: float = 0.01, aside: float = 0.15
 ) -> tuple[Floats, Floats, Floats, Floats]:
     """Ends of the pieces of chains, on the next piece; the last goes on to the next line that is near, and is joined to one along it.
 
