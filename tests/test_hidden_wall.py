@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from indoor_bim.plan import passing_rays
 from indoor_bim.plan.cells import cut_into_cells, hidden_wall
 from indoor_bim.plan.passing_rays import Rays
 
@@ -92,3 +93,16 @@ def test_a_wall_is_hidden_for_long_where_no_ray_passes(cut, passing, without_ray
     rays = Rays(hits, origins, 0.0, 2.5)
     assert hidden_wall(cells, wall, direction, empty=empty, rays=rays).sum() == found
     assert hidden_wall(cells, wall, direction, empty=empty).sum() == without_rays
+
+
+@pytest.mark.parametrize("both_sides", [True, False])
+@pytest.mark.parametrize(("p", "q"), [((0.0, 1.0), (4.0, 1.0)), ((3.0, 4.0), (1.0, -2.0)), ((2.0, 2.0), (2.0, 2.0))])
+def test_many_rays_are_counted_as_few_are(p, q, both_sides, monkeypatch):
+    rng = np.random.default_rng(1)
+    hits, origins = rng.uniform([-1, -2, 0], [5, 5, 3], (2, 30_000, 3))
+    hits[::3, 1] = 1 + rng.normal(0, 0.04, 10_000)
+    rays = Rays(hits, origins, 0.1, 2.4)
+    many = rays.met(np.array(p), np.array(q), both_sides=both_sides)
+    monkeypatch.setattr(passing_rays, "FEW_RAYS", len(hits))
+    assert many == rays.met(np.array(p), np.array(q), both_sides=both_sides)
+    assert many[1] > 1000 or p == q

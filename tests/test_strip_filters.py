@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.sparse_image import SparseImage
 from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many, masks_of_many
+from indoor_bim.plan.strip_loops import largest_near
 from indoor_bim.plan.strips import (
     BELOW_CEILING,
     FAR,
@@ -88,3 +90,12 @@ def test_evidence_along_a_line_is_the_largest_near_it(angle, offset):
     expected = [image[u, v - 3 : v + 4].max() if ok else 0 for (u, v), ok in zip(uv, inside, strict=True)]
     assert found.tolist() == expected
     assert (found > 0.5).sum() > 20 or abs(offset) > 5
+
+
+def test_values_near_a_line_reach_three_strips_to_either_side():
+    image = np.zeros((2, 3, 12), dtype=np.float32)
+    image[1, 1, 5] = 0.7
+    sparse = SparseImage.of(image)
+    found = np.zeros(12)
+    largest_near(sparse.places, sparse.values, 1, 3, 12, np.full(12, 1.5), np.arange(12) + 0.5, found)
+    assert np.flatnonzero(found).tolist() == [3, 4, 5, 6, 7, 8]

@@ -7,8 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.threads import even_slices, in_threads, threads_for
+
 Floats = NDArray[np.float64]
 
+FEW_RAYS = 20_000
+"""So many rays are looked at by numpy, sooner than the compiled loop is loaded."""
 NEAR = 0.06
 """Points this close to a plane were stopped by it, metres."""
 SHARE = 0.1
@@ -53,6 +57,8 @@ class Rays:
         if length < 1e-9:
             return 0, 0
         d = (q - p) / length
+        if len(self.hits) > FEW_RAYS:
+            return self._met_by_many(np.asarray(p, dtype=np.float64), d, length, both_sides=both_sides)
         normal = np.array([-d[1], d[0]])
         before = (self.origins[:, :2] - p) @ normal
         behind = (self.hits[:, :2] - p) @ normal
@@ -67,6 +73,17 @@ class Rays:
         on = (along > 0) & (along < length) & (spot[:, 2] > self.low) & (spot[:, 2] < self.high)
         stopped = int(np.count_nonzero(on & (np.abs(behind) < NEAR)))
         return stopped, int(np.count_nonzero(on)) - stopped
+
+    def _met_by_many(self, p: Floats, d: Floats, length: float, *, both_sides: bool) -> tuple[int, int]:
+        """As `met`, a share of the rays in each thread."""
+        from indoor_bim.plan.passing_ray_loops import count_rays
+
+        hits, origins = np.ascontiguousarray(self.hits), np.ascontiguousarray(self.origins)
+        place = (np.ascontiguousarray(p), d, length, self.low, self.high, NEAR, both_sides)
+        parts = even_slices(len(hits), threads_for(len(hits)))
+        counts = in_threads(lambda part: count_rays(hits[part], origins[part], *place), parts, threads=len(parts))
+        stopped = sum(count for _, count in counts)
+        return stopped, sum(count for count, _ in counts) - stopped
 
     def seen_through(self, p: Floats, q: Floats, *, stopped: float) -> bool:
         """Whether more rays pass from p to q, from either side, than reflections may.
