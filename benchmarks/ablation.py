@@ -1,25 +1,26 @@
 """What each idea of the method `auto` is worth: leave one out at a time and compare the model with the known building.
 
-Usage: ``python benchmarks/ablation.py [--points 500000] [--only NAME]``. Prints a Markdown table, means over three walked scans.
-
-- ``auto``: everything.
-- ``no times``: the path of the scanner and the times of the points are not told; faces have no side, rays no origin.
-- ``no minimum cut``: face lines become walls as they are; rooms are what these enclose.
+Usage: ``python benchmarks/ablation.py [--points 500000] [--only NAME]``. Prints a Markdown table, means over three walked scans of
+buildings with curtains, cupboards and people in them. `LEFT_OUT` says what takes the place of each idea.
 """
 
 from __future__ import annotations
 
 import argparse
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from contextlib import ExitStack
+from dataclasses import replace
+from typing import Any
+from unittest import mock
 
 import numpy as np
 
-from indoor_bim import Cloud
+from indoor_bim import Cloud, auto, storeys
 from indoor_bim.auto import auto_storey
 from indoor_bim.cloud.levels import level
 from indoor_bim.model import Building, Storey
 from indoor_bim.openings import find_openings
+from indoor_bim.plan import line_search
 from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
@@ -33,39 +34,47 @@ CASES: dict[str, tuple[Callable[[], Building], int]] = {
     "two-storeys": (two_storeys, 6),
 }
 
-
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """Ideas that are in use."""
-
-    times: bool = True
-    minimum_cut: bool = True
-
-
-VARIANTS = {
-    "auto": Variant(),
-    "no times": Variant(times=False),
-    "no minimum cut": Variant(minimum_cut=False),
+EVERYTHING, NO_TIMES, NO_CUT = "everything", "path and times not told", "face lines as walls, no minimum cut"
+Stand_in = tuple[Any, str, Callable[..., Any]]
+LEFT_OUT: dict[str, tuple[Stand_in, ...]] = {
+    EVERYTHING: (),
+    NO_TIMES: (),
+    NO_CUT: (),
+    "one size of strips": ((line_search, "thinly_scanned", lambda points, *_, **__: np.zeros(len(points), dtype=bool)),),
+    "lines on strips, not on points": ((line_search, "fit_to_points", lambda lines, points: lines),),
+    "curtains and hangings kept": (
+        (line_search, "without_curtains", lambda lines, points: lines),
+        (line_search, "hangings", lambda lines, evidence: np.zeros(len(lines), dtype=bool)),
+    ),
+    "drift not asked for": ((line_search, "largest_double", lambda lines, points: 0.0),),
+    "hidden walls left open": ((auto, "hidden_wall", lambda cells, wall, *_, **__: np.zeros(len(wall), dtype=bool)),),
+    "furniture and niches kept": ((auto, "_behind_built_ins", lambda outlines, folded: tuple(outlines)),),
+    "beams kept": ((auto, "without_beams", lambda tails, heads, *_: (tails, heads)),),
+    "every wall its own direction": ((storeys, "align_faces", lambda faces: faces),),
+    "every wall its own thickness": ((storeys, "share_thickness", lambda walls: walls),),
 }
 
 
-def reconstruct(scan: SimulatedScan, variant: Variant) -> Building:
-    """Run the stages of `auto` that a variant leaves in use."""
+def reconstruct(scan: SimulatedScan, left_out: str) -> Building:
+    """Run the stages of `auto` without one of its ideas."""
     levelled = level(Cloud(scan.points, gps_time=scan.gps_time, trajectory=scan.trajectory))
-    times = scan.gps_time if variant.times else None
+    times = None if left_out == NO_TIMES else scan.gps_time
     path = levelled.trajectory
     sensor = None if times is None or path is None else sensor_positions(path, times)
-    storeys: list[Storey] = []
-    for number in range(len(levelled.storeys)):
-        found = auto_storey(levelled, number, sensor)
-        plan = found.plan
-        if not variant.minimum_cut:
-            faces = Segments.from_ends(*found.lines.ends())
-            plan = StoreyPlan(replace(faces, sided=np.ones(len(faces), dtype=bool)), plan.floor, plan.ceiling, seen=plan.seen)
-        storey = storey_from_plan(plan, number=number + 1).storey
-        if storey.walls:
-            storeys.append(find_openings(storey, levelled.points, trajectory=path, gps_time=times))
-    return Building("scan", tuple(storeys), transform_cloud_to_model=levelled.frame.rows())
+    found_storeys: list[Storey] = []
+    with ExitStack() as stack:
+        for module, name, stand_in in LEFT_OUT[left_out]:
+            stack.enter_context(mock.patch.object(module, name, stand_in))
+        for number in range(len(levelled.storeys)):
+            found = auto_storey(levelled, number, sensor)
+            plan = found.plan
+            if left_out == NO_CUT:
+                faces = Segments.from_ends(*found.lines.ends())
+                plan = StoreyPlan(replace(faces, sided=np.ones(len(faces), dtype=bool)), plan.floor, plan.ceiling, seen=plan.seen)
+            storey = storey_from_plan(plan, number=number + 1).storey
+            if storey.walls:
+                found_storeys.append(find_openings(storey, levelled.points, trajectory=path, gps_time=times))
+    return Building("scan", tuple(found_storeys), transform_cloud_to_model=levelled.frame.rows())
 
 
 def figures(building: Building, truth: Building) -> list[float]:
@@ -82,12 +91,12 @@ def main() -> None:
     parser.add_argument("--points", type=int, default=500_000, help="points of each scan")
     parser.add_argument("--only", choices=sorted(CASES), help="use this building alone")
     options = parser.parse_args()
-    rows: dict[str, list[list[float]]] = {name: [] for name in VARIANTS}
+    rows: dict[str, list[list[float]]] = {name: [] for name in LEFT_OUT}
     for case in [options.only] if options.only else CASES:
         make, seed = CASES[case]
         scan = simulate(make(), profile="backpack", points=options.points, seed=seed)
-        for name, variant in VARIANTS.items():
-            rows[name].append(figures(reconstruct(scan, variant), scan.truth))
+        for name in LEFT_OUT:
+            rows[name].append(figures(reconstruct(scan, name), scan.truth))
     print("| | walls | rooms | corners | doors | windows | faces, mm | thickness, mm |")
     print("|---|---|---|---|---|---|---|---|")
     for name, found in rows.items():

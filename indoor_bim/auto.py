@@ -42,6 +42,8 @@ Floats = NDArray[np.float64]
 
 PIXEL = 0.025
 """Side of a pixel of the plan, metres."""
+SPOT = 0.10
+"""Side of the spots of the plan at which the scanner was or was not, metres."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -132,7 +134,7 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     looked_through = in_front(cells, edge_evidence(cells, lines, sweeps, afar=False))
     room = label_cells(cells, inside=of_cells.inside + looked_through, wall=wall)
     closed = room_outlines(cells, room, faces, spanned=of_cells.spanned, min_closed=0.4 if overhead is not None else 0.25)
-    entered = closed if overhead is None else _entered(closed, space)
+    entered = closed if overhead is None else _entered(closed, space, sensor)
     outlines = _behind_built_ins(entered, folded_lines(lines))
     loose = None
     if overhead is not None:
@@ -149,14 +151,30 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
     return AutoStages(lines, cells, room, wall, of_cells.inside, space.raster(space.ceiling), outlines, plan)
 
 
-def _entered(outlines: Sequence[RoomOutline], space: FreeSpace, *, share: float = 0.2) -> list[RoomOutline]:
-    """Outlines without those that were only looked into: where floor and ceiling hold few points, and few for this scan."""
+def _entered(
+    outlines: Sequence[RoomOutline], space: FreeSpace, sensor: Floats | None, *, share: float = 0.2, inside: float = 0.3
+) -> list[RoomOutline]:
+    """Outlines without those that were only looked into: where floor and ceiling hold few points, and few for this scan.
+
+    Where the scanner itself went, so far inside that it stood beyond the door, is entered.
+    """
     density = np.array([usual_density(outline.polygon, space) for outline in outlines])
     area = np.array([outline.polygon.area for outline in outlines])
     order = np.argsort(density, kind="stable")
     middle = order[np.searchsorted(np.cumsum(area[order]), area.sum() / 2)] if len(order) else 0
     least = min(AFAR, share * density[middle]) if len(order) else AFAR
-    return [outline for outline, points in zip(outlines, density, strict=True) if points > least]
+    stood = np.zeros((0, 2)) if sensor is None else _spots(sensor[:, :2])
+    went = [bool(shapely.contains_xy(outline.polygon.buffer(-inside), *stood.T).any()) for outline in outlines]
+    return [outline for k, outline in enumerate(outlines) if density[k] > least or went[k]]
+
+
+def _spots(xy: Floats) -> Floats:
+    """Middles (k, 2) of the spots of the plan in which there is a position, metres."""
+    first = np.floor(xy.min(axis=0) / SPOT).astype(np.int64)
+    columns, rows = (np.floor(xy[:, k] / SPOT).astype(np.int64) - first[k] for k in (0, 1))
+    there = np.zeros((int(columns.max()) + 1, int(rows.max()) + 1), dtype=bool)
+    there[columns, rows] = True
+    return (np.argwhere(there) + first + 0.5) * SPOT
 
 
 def _behind_built_ins(outlines: Sequence[RoomOutline], folded: NDArray[np.bool_]) -> tuple[RoomOutline, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import shapely
 
+from indoor_bim.auto import _entered
 from indoor_bim.plan import local_density
 from indoor_bim.plan.cells import cut_into_cells
 from indoor_bim.plan.evidence import FEW_POINTS, WallPoints
@@ -19,6 +20,7 @@ from indoor_bim.plan.loose_faces import attached, joined_pieces, opaque, points_
 from indoor_bim.plan.oblique import unexplained
 from indoor_bim.plan.passing_rays import Rays
 from indoor_bim.plan.raster import Raster
+from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline
 
 HEIGHT = 2.5
 NOTHING_OVERHEAD = Raster(np.zeros((1, 1)), np.array([-50.0, -50.0]), 100.0)
@@ -258,3 +260,17 @@ def test_pieces_of_one_face_are_joined_where_nothing_was_seen_through_the_gap(th
     if pieces == 1:
         np.testing.assert_allclose([a[0, 1], b[0, 1]], [1.0, 10.0], atol=1e-3)
         assert 4.99 < a[0, 0] < b[0, 0] < 5.03
+
+
+@pytest.mark.parametrize(("stood", "entered"), [(None, 1), ([6.0, 2.0], 2), ([4.1, 2.0], 1), ([2.0, 2.0], 1)])
+def test_a_room_with_few_points_was_entered_where_the_scanner_stood_in_it(stood, entered):
+    """Of two rooms, x from 0 to 4 and from 4 to 8, the second holds few points of floor and ceiling."""
+    ceiling = np.zeros((160, 80), dtype=np.float32)
+    ceiling[:80] = 1.0
+    ceiling[80::20, ::20] = 1.0
+    seen = FreeSpace(ceiling, ceiling, ceiling, ceiling, np.zeros(2), 0.05)
+    rooms = [
+        RoomOutline(OutlineRing(tuple(map(tuple, np.array(shapely.box(x, 0, x + 4, 4).exterior.coords)[:4])), (0,) * 4)) for x in (0, 4)
+    ]
+    sensor = None if stood is None else np.array([[1.0, 1.0, 1.5], [*stood, 1.5]])
+    assert [room.polygon.bounds[0] for room in _entered(rooms, seen, sensor)] == [0.0, 4.0][:entered]
