@@ -63,7 +63,7 @@ def find_arcs(points: WallPoints, lines: FaceLines, *, most: int = 40) -> list[A
     left = spots.take(~explained_by_straight_lines(spots, lines))
     arcs: list[Arc] = []
     while len(left) and len(arcs) < most:
-        found = _arcs_by_votes(left, high)
+        found = [arc for arc in _arcs_by_votes(left, high) if not any(_same(arc, other) for other in arcs)]
         if not found:
             break
         for arc in found:
