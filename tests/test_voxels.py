@@ -94,3 +94,12 @@ def test_empty_and_wrong():
         voxel_down_sample(np.array([[np.nan, 0, 0]]), 1.0)
     with pytest.raises(ValueError, match="too fine"):
         voxel_down_sample(np.array([[0.0, 0, 0], [1e9, 1e9, 1e9]]), 1e-3)
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+def test_sparse_points_and_points_of_many_tiles_equal_their_twin(columns):
+    points = np.random.default_rng(7).integers(-2000, 2000, (2 * FEW_POINTS, columns)) * 0.25
+    fast, slow = voxelise(points, voxel_size=0.5), voxelise_by_sorting(points, voxel_size=0.5)
+    assert np.array_equal(fast.mean, slow.mean)
+    assert np.array_equal(fast.count, slow.count)
+    assert np.array_equal(fast.of_point, slow.of_point)
