@@ -96,13 +96,22 @@ def test_a_wall_is_hidden_for_long_where_no_ray_passes(cut, passing, without_ray
 
 
 @pytest.mark.parametrize("both_sides", [True, False])
-@pytest.mark.parametrize(("p", "q"), [((0.0, 1.0), (4.0, 1.0)), ((3.0, 4.0), (1.0, -2.0)), ((2.0, 2.0), (2.0, 2.0))])
-def test_many_rays_are_counted_as_few_are(p, q, both_sides, monkeypatch):
+@pytest.mark.parametrize("in_turn", [True, False])
+@pytest.mark.parametrize(
+    ("p", "q"), [((0.0, 1.0), (4.0, 1.0)), ((3.0, 4.0), (1.0, -2.0)), ((2.0, 1.0), (1.4, 1.0)), ((2.0, 2.0), (2.0, 2.0))]
+)
+def test_many_rays_are_counted_as_few_are(p, q, in_turn, both_sides, monkeypatch):
+    """Those of a scanner that moves keep together, and most blocks of them are far from a wall."""
     rng = np.random.default_rng(1)
     hits, origins = rng.uniform([-1, -2, 0], [5, 5, 3], (2, 30_000, 3))
     hits[::3, 1] = 1 + rng.normal(0, 0.04, 10_000)
+    if in_turn:
+        origins = origins[np.argsort(origins[:, 0])]
+        hits[:, 0] = origins[:, 0] + rng.normal(0, 0.1, len(hits))
     rays = Rays(hits, origins, 0.1, 2.4)
     many = rays.met(np.array(p), np.array(q), both_sides=both_sides)
+    through = [rays.seen_through(np.array(p), np.array(q), stopped=stopped) for stopped in np.geomspace(1, 1e6, 50)]
     monkeypatch.setattr(passing_rays, "FEW_RAYS", len(hits))
     assert many == rays.met(np.array(p), np.array(q), both_sides=both_sides)
-    assert many[1] > 1000 or p == q
+    assert through == [rays.seen_through(np.array(p), np.array(q), stopped=stopped) for stopped in np.geomspace(1, 1e6, 50)]
+    assert many[1] > 100 or p == q

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,8 +35,23 @@ class Rays:
     origins: Floats
     low: float
     high: float
+    boxes: Floats = field(init=False, repr=False)
 
-    def met(self, p: Floats, q: Floats, *, both_sides: bool = False) -> tuple[int, int]:
+    def __post_init__(self) -> None:
+        """Boxes around rays that follow one another, so that most of them need no look each time."""
+        if len(self.hits) <= FEW_RAYS:
+            object.__setattr__(self, "boxes", np.zeros((0, 4)))
+            return
+        from indoor_bim.plan.passing_ray_loops import BLOCK, boxes_around
+
+        hits, origins = np.ascontiguousarray(self.hits), np.ascontiguousarray(self.origins)
+        boxes = np.zeros((-(-len(hits) // BLOCK), 4))
+        parts = even_slices(len(boxes), threads_for(len(hits)))
+        in_threads(lambda part: boxes_around(*_of_blocks(hits, origins, part), boxes[part]), parts, threads=len(parts))
+        for name, values in (("hits", hits), ("origins", origins), ("boxes", boxes)):
+            object.__setattr__(self, name, values)
+
+    def met(self, p: Floats, q: Floats, *, both_sides: bool = False, enough: float = np.inf) -> tuple[int, int]:
         """Rays that an upright plane from p to q stopped, and rays that went through it.
 
         Parameters
@@ -45,6 +60,8 @@ class Rays:
             Ends, metres.
         both_sides : bool
             Count rays from the right of p -> q as well as those from the left.
+        enough : float
+            Where more rays pass than that, it does not matter how many: counting may end.
 
         Examples
         --------
@@ -58,7 +75,7 @@ class Rays:
             return 0, 0
         d = (q - p) / length
         if len(self.hits) > FEW_RAYS:
-            return self._met_by_many(np.asarray(p, dtype=np.float64), d, length, both_sides=both_sides)
+            return self._met_by_many(np.asarray(p, dtype=np.float64), d, length, both_sides=both_sides, enough=enough)
         normal = np.array([-d[1], d[0]])
         before = (self.origins[:, :2] - p) @ normal
         behind = (self.hits[:, :2] - p) @ normal
@@ -74,14 +91,15 @@ class Rays:
         stopped = int(np.count_nonzero(on & (np.abs(behind) < NEAR)))
         return stopped, int(np.count_nonzero(on)) - stopped
 
-    def _met_by_many(self, p: Floats, d: Floats, length: float, *, both_sides: bool) -> tuple[int, int]:
+    def _met_by_many(self, p: Floats, d: Floats, length: float, *, both_sides: bool, enough: float) -> tuple[int, int]:
         """As `met`, a share of the rays in each thread."""
         from indoor_bim.plan.passing_ray_loops import count_rays
 
-        hits, origins = np.ascontiguousarray(self.hits), np.ascontiguousarray(self.origins)
-        place = (np.ascontiguousarray(p), d, length, self.low, self.high, NEAR, both_sides)
-        parts = even_slices(len(hits), threads_for(len(hits)))
-        counts = in_threads(lambda part: count_rays(hits[part], origins[part], *place), parts, threads=len(parts))
+        place = (np.ascontiguousarray(p), d, length, self.low, self.high, NEAR, both_sides, enough)
+        parts = even_slices(len(self.boxes), threads_for(len(self.hits)))
+        counts = in_threads(
+            lambda part: count_rays(*_of_blocks(self.hits, self.origins, part), self.boxes[part], *place), parts, threads=len(parts)
+        )
         stopped = sum(count for _, count in counts)
         return stopped, sum(count for count, _ in counts) - stopped
 
@@ -95,4 +113,13 @@ class Rays:
         stopped : float
             Rays stopped per metre of the part that was seen.
         """
-        return self.met(p, q, both_sides=True)[1] > SHARE * stopped * float(np.hypot(*(q - p)))
+        most = SHARE * stopped * float(np.hypot(*(q - p)))
+        return self.met(p, q, both_sides=True, enough=most)[1] > most
+
+
+def _of_blocks(hits: Floats, origins: Floats, blocks: slice) -> tuple[Floats, Floats]:
+    """Rays of a range of blocks."""
+    from indoor_bim.plan.passing_ray_loops import BLOCK
+
+    rows = slice(blocks.start * BLOCK, blocks.stop * BLOCK)
+    return hits[rows], origins[rows]
