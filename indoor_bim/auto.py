@@ -163,18 +163,14 @@ def _entered(
     order = np.argsort(density, kind="stable")
     middle = order[np.searchsorted(np.cumsum(area[order]), area.sum() / 2)] if len(order) else 0
     least = min(AFAR, share * density[middle]) if len(order) else AFAR
-    stood = np.zeros((0, 2)) if sensor is None else _spots(sensor[:, :2])
-    went = [bool(shapely.contains_xy(outline.polygon.buffer(-inside), *stood.T).any()) for outline in outlines]
-    return [outline for k, outline in enumerate(outlines) if density[k] > least or went[k]]
-
-
-def _spots(xy: Floats) -> Floats:
-    """Middles (k, 2) of the spots of the plan in which there is a position, metres."""
-    first = np.floor(xy.min(axis=0) / SPOT).astype(np.int64)
-    columns, rows = (np.floor(xy[:, k] / SPOT).astype(np.int64) - first[k] for k in (0, 1))
-    there = np.zeros((int(columns.max()) + 1, int(rows.max()) + 1), dtype=bool)
-    there[columns, rows] = True
-    return (np.argwhere(there) + first + 0.5) * SPOT
+    enough = density > least
+    if sensor is not None and not enough.all():
+        corners = shapely.total_bounds([outline.polygon for outline in outlines]).reshape(2, 2)
+        went = ev.hit_raster(sensor[:, :2], low=np.floor(corners[0] / SPOT) * SPOT, high=corners[1], cell=SPOT)
+        stood = went.centre(np.argwhere(went.image))
+        for k in np.flatnonzero(~enough):
+            enough[k] = shapely.contains_xy(outlines[k].polygon.buffer(-inside), *stood.T).any()
+    return [outline for outline, kept in zip(outlines, enough, strict=True) if kept]
 
 
 def _behind_built_ins(outlines: Sequence[RoomOutline], folded: NDArray[np.bool_]) -> tuple[RoomOutline, ...]:
