@@ -168,7 +168,7 @@ def _entered(
         corners = shapely.total_bounds([outline.polygon for outline in outlines]).reshape(2, 2)
         went = ev.hit_raster(sensor[:, :2], low=np.floor(corners[0] / SPOT) * SPOT, high=corners[1], cell=SPOT)
         stood = went.centre(np.argwhere(went.image))
-        for k in np.flatnonzero(~enough):
+        for k in np.flatnonzero(~enough).tolist():
             enough[k] = shapely.contains_xy(outlines[k].polygon.buffer(-inside), *stood.T).any()
     return [outline for outline, kept in zip(outlines, enough, strict=True) if kept]
 

@@ -125,22 +125,30 @@ def circle_through(xy: Floats, centre: Floats, radius: float, *, rounds: int = 1
     >>> centre.round(6).tolist(), round(radius, 6)
     ([3.0, 1.0], 2.0)
     """
-    centre = np.asarray(centre, dtype=np.float64).copy()
-    covariance = np.full((3, 3), np.inf)
+    x, y = np.ascontiguousarray(xy.T)
+    (across, up), radius = np.asarray(centre, dtype=np.float64).tolist(), float(radius)
+    gradient, least = np.ones((3, len(xy))), 1e-9 * np.eye(3)
     for _ in range(rounds):
-        away = xy - centre
-        distance = np.hypot(*away.T)
+        gradient[0], gradient[1] = x - across, y - up
+        distance = np.hypot(gradient[0], gradient[1])
         residual = distance - radius
-        sigma = max(1.4826 * float(np.median(np.abs(residual))), finest)
+        sigma = max(1.4826 * _median(np.abs(residual)), finest)
         weight = np.maximum(1 - (residual / (TUKEY * sigma)) ** 2, 0.0) ** 2
-        jacobian = np.column_stack([away / np.maximum(distance, 1e-9)[:, None], np.ones(len(xy))])
-        normal = (jacobian * weight[:, None]).T @ jacobian + 1e-9 * np.eye(3)
-        step = np.linalg.solve(normal, jacobian.T @ (weight * residual))
-        centre, radius = centre + step[:2], radius + float(step[2])
-        covariance = sigma**2 * np.linalg.inv(normal)
-        if np.abs(step).max() < 1e-7:
+        gradient[:2] /= np.maximum(distance, 1e-9)
+        weighted = gradient * weight
+        normal = weighted @ gradient.T + least
+        step = np.linalg.solve(normal, weighted @ residual).tolist()
+        across, up, radius = across + step[0], up + step[1], radius + step[2]
+        if max(map(abs, step)) < 1e-7:
             break
-    return centre, radius, covariance
+    return np.array([across, up]), radius, sigma**2 * np.linalg.inv(normal)
+
+
+def _median(values: Floats) -> float:
+    """Median, as by `numpy.median`, which takes its time."""
+    middle = (len(values) - 1) // 2, len(values) // 2
+    ordered = np.partition(values, middle)
+    return float(ordered[middle[0]] + ordered[middle[1]]) / 2
 
 
 def longest_run(xy: Floats, centre: Floats, radius: float, *, gap: float) -> tuple[float, float, float]:

@@ -222,8 +222,8 @@ def _circles_of_pairs(
 
 def _on_circle(spots: Spots, centre: Floats, radius: float, *, across: float = ON_ARC, steepest: float = 12.0) -> Bools:
     """Spots on a circle whose wall runs along it."""
-    away = spots.xy - centre
-    distance = np.hypot(*away.T)
-    along = np.abs((away * spots.tangent).sum(axis=1)) < np.sin(np.radians(steepest)) * distance
+    x, y = spots.xy[:, 0] - centre[0], spots.xy[:, 1] - centre[1]
+    distance = np.hypot(x, y)
+    along = np.abs(x * spots.tangent[:, 0] + y * spots.tangent[:, 1]) < np.sin(np.radians(steepest)) * distance
     on: Bools = (np.abs(distance - radius) < across) & along
     return on
