@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from indoor_bim.compiled import compiled
+from indoor_bim.compiled import compiled, inlined
 from indoor_bim.plan.strip_loops import ones
 
 WINDOW = 6
@@ -16,6 +16,19 @@ LONG = 6
 
 _masks = types.Array(types.uint32, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
+
+
+@inlined
+def _median(values):  # type: ignore[no-untyped-def]
+    """Median of values most of which are in order."""
+    ordered = np.zeros(len(values))
+    for i in range(len(values)):
+        k = i
+        while k > 0 and ordered[k - 1] > values[i]:
+            ordered[k] = ordered[k - 1]
+            k -= 1
+        ordered[k] = values[i]
+    return (ordered[(len(values) - 1) // 2] + ordered[len(values) // 2]) / 2
 
 
 @compiled(_masks, types.int64, _values, types.uint32, types.float64, types.float64)
@@ -40,10 +53,17 @@ def fit_crest(masks, first, path, band, along, across):  # type: ignore[no-untyp
     if total < 5:
         return False, 0.0, 0.0, 0.0, 0.0
     middle /= total
-    slope, level = 0.0, (np.median(path) + 0.5) * across
+    slope, level = 0.0, (_median(path) + 0.5) * across
     if count > LONG:
-        mean_x, mean_y = x.mean(), (path.mean() + 0.5) * across
-        slope = ((x - mean_x) * ((path + 0.5) * across - mean_y)).sum() / ((x - mean_x) ** 2).sum()
+        mean_x = mean_y = xx = xy = 0.0
+        for i in range(count):
+            mean_x += x[i]
+            mean_y += path[i]
+        mean_x, mean_y = mean_x / count, (mean_y / count + 0.5) * across
+        for i in range(count):
+            xx += (x[i] - mean_x) ** 2
+            xy += (x[i] - mean_x) * ((path[i] + 0.5) * across - mean_y)
+        slope = xy / xx
         level = mean_y + slope * (middle - mean_x)
     weight, width, spread = upper, 0.06, 0.02
     for step in range(ROUNDS):

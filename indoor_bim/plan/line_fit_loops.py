@@ -32,7 +32,9 @@ def weighted_median(values, weights, count, limit):  # type: ignore[no-untyped-d
     in_bin = np.zeros(BINS)
     for i in range(count):
         in_bin[min(int(values[i] / limit * BINS), BINS - 1)] += weights[i]
-    half = in_bin.sum() / 2
+    half = 0.0
+    for k in range(BINS):
+        half += in_bin[k] / 2
     middle, before = 0, 0.0
     while middle < BINS - 1 and before + in_bin[middle] < half:
         before += in_bin[middle]
@@ -42,18 +44,28 @@ def weighted_median(values, weights, count, limit):  # type: ignore[no-untyped-d
         if min(int(values[i] / limit * BINS), BINS - 1) == middle:
             own[number], own_weights[number] = values[i], weights[i]
             number += 1
-    order = np.argsort(own[:number], kind="mergesort")
-    for i in order:
+    gap = number // 2
+    while gap > 0:
+        for i in range(gap, number):
+            value, weight, k = own[i], own_weights[i], i
+            while k >= gap and own[k - gap] > value:
+                own[k], own_weights[k] = own[k - gap], own_weights[k - gap]
+                k -= gap
+            own[k], own_weights[k] = value, weight
+        gap //= 2
+    for i in range(number):
         before += own_weights[i]
         if before >= half:
             return own[i]
-    return own[order[-1]]
+    return own[number - 1]
 
 
 @compiled(_floats, _floats, _floats, types.float64, types.float64, types.bool_)
 def robust_line(x, y, share, reach, finest, turn):  # type: ignore[no-untyped-def]
     """Level and slope of the line y = level + slope x by Tukey's weights, and whether there is one."""
-    level, slope, width, most = 0.0, 0.0, reach, share.sum()
+    level, slope, width, most = 0.0, 0.0, reach, 0.0
+    for i in range(len(share)):
+        most += share[i]
     near, near_share = np.zeros(len(x)), np.zeros(len(x))
     for _ in range(ROUNDS):
         inner = 0
@@ -101,6 +113,7 @@ def fit_line(xy, rise, sensor, ranges, d, start, offset, length, reach, finest, 
     cells = (int(length / COLUMN) + 1) * LAYERS
     count, in_cell = np.zeros(cells * slots, np.int64), np.zeros(cells, np.int64)
     sum_x, sum_y = np.zeros(cells * slots), np.zeros(cells * slots)
+    filled = taken = 0
     for k in range(len(ranges)):
         for i in range(ranges[k, 0], ranges[k, 1]):
             across = xy[i, 1] * d[0] - xy[i, 0] * d[1] - offset
@@ -113,13 +126,14 @@ def fit_line(xy, rise, sensor, ranges, d, start, offset, length, reach, finest, 
                 continue
             cell = int(along / COLUMN) * LAYERS + min(max(int(rise[i] * LAYERS), 0), LAYERS - 1)
             slot = cell * slots + int((across + reach) / DEPTH)
+            filled += in_cell[cell] == 0
+            taken += count[slot] == 0
             count[slot] += 1
             in_cell[cell] += 1
             sum_x[slot] += np.rint(along / MICROMETRE)
             sum_y[slot] += np.rint(across / MICROMETRE)
-    if np.count_nonzero(in_cell) < 5:
+    if filled < 5:
         return 0.0, 0.0, False
-    taken = np.count_nonzero(count)
     x, y, share = np.zeros(taken), np.zeros(taken), np.zeros(taken)
     number = 0
     for slot in range(len(count)):

@@ -23,19 +23,26 @@ def fill(xy, value, image):  # type: ignore[no-untyped-def]
     """
     rows, columns = image.shape
     crossings = np.zeros(len(xy))
-    first = max(int(np.ceil(xy[:, 1].min())), 0)
-    last = min(int(np.floor(xy[:, 1].max())), rows - 1)
+    lowest, highest = np.inf, -np.inf
+    for k in range(len(xy)):
+        lowest, highest = min(lowest, xy[k, 1]), max(highest, xy[k, 1])
+    first = max(int(np.ceil(lowest)), 0)
+    last = min(int(np.floor(highest)), rows - 1)
     for row in range(first, last + 1):
         count = 0
         for k in range(len(xy) - 1):
             x0, y0, x1, y1 = xy[k, 0], xy[k, 1], xy[k + 1, 0], xy[k + 1, 1]
             if (y0 <= row) != (y1 <= row):
-                crossings[count] = x0 + (row - y0) / (y1 - y0) * (x1 - x0)
+                crossing = x0 + (row - y0) / (y1 - y0) * (x1 - x0)
+                place = count
+                while place > 0 and crossings[place - 1] > crossing:
+                    crossings[place] = crossings[place - 1]
+                    place -= 1
+                crossings[place] = crossing
                 count += 1
             elif y0 == row and y1 == row:
                 for column in range(max(int(np.ceil(min(x0, x1))), 0), min(int(np.floor(max(x0, x1))), columns - 1) + 1):
                     image[row, column] = value
-        ordered = np.sort(crossings[:count])
         for k in range(0, count - 1, 2):
-            for column in range(max(int(np.ceil(ordered[k])), 0), min(int(np.floor(ordered[k + 1])), columns - 1) + 1):
+            for column in range(max(int(np.ceil(crossings[k])), 0), min(int(np.floor(crossings[k + 1])), columns - 1) + 1):
                 image[row, column] = value

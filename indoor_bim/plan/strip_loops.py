@@ -106,6 +106,15 @@ def _sum_across(row, first, last, size, total):  # type: ignore[no-untyped-def]
         here += np.float64(come) - np.float64(gone)
 
 
+@inlined
+def _largest(row, first, last):  # type: ignore[no-untyped-def]
+    """Largest value of some columns of a row."""
+    largest = row[first]
+    for j in range(first + 1, last):
+        largest = max(largest, row[j])
+    return largest
+
+
 @compiled(_masks, types.int64, types.uint32, _hit)
 def hit_blocks(masks, reach, band, hit):  # type: ignore[no-untyped-def]
     """Blocks in which the band was hit, or within reach across of them."""
@@ -149,14 +158,15 @@ def leave_out(best, thinly, blocks, width, short, long, kept, long_enough):  # t
     for n in range(len(blocks)):
         i, first = blocks[n, 0], blocks[n, 1] * BLOCK
         last = min(first + BLOCK, columns)
-        kept[i, first:last] = best[i, first:last]
+        for j in range(first, last):
+            kept[i, j] = best[i, j]
         _sum_across(best[i], first, last, width, across)
-        if np.float32(across[: last - first].max() / width) > np.float32(0.3):
+        if np.float32(_largest(across, 0, last - first) / width) > np.float32(0.3):
             _sum_along(best, i, first, last, short, along)
             for j in range(first, last):
                 if np.float32(across[j - first] / width) > max(np.float32(along[j - first] / short), np.float32(0.3)):
                     kept[i, j] = 0
-        if thinly[i, first:last].max() > 0:
+        if _largest(thinly[i], first, last) > 0:
             _sum_along(thinly, i, first, last, long, lengthwise)
             for j in range(first, last):
                 if not np.float32(lengthwise[j - first] / long) < np.float32(0.5):
@@ -171,7 +181,7 @@ def join(best, thinly, blocks, width):  # type: ignore[no-untyped-def]
     for n in range(len(blocks)):
         i, first = blocks[n, 0], blocks[n, 1] * BLOCK
         last = min(first + BLOCK, columns)
-        if thinly[i, first:last].max() == 0:
+        if _largest(thinly[i], first, last) == 0:
             continue
         _sum_across(thinly[i], first, last, width, crosswise)
         for j in range(first, last):

@@ -39,8 +39,8 @@ def share_around(image, weight, reach, least, out):  # type: ignore[no-untyped-d
     """
     rows, columns = image.shape
     size = 2 * reach + 1
-    total, total_weight, across, across_weight = np.zeros((4, columns))
-    line, line_weight = np.zeros((2, columns), np.float32)
+    total, total_weight, across, across_weight = np.zeros(columns), np.zeros(columns), np.zeros(columns), np.zeros(columns)
+    line, line_weight = np.zeros(columns, np.float32), np.zeros(columns, np.float32)
     for i in range(-reach, reach + 1):
         k = _mirrored(i, rows)
         for j in range(columns):
@@ -64,9 +64,12 @@ def largest_around(image, reach, out):  # type: ignore[no-untyped-def]
     """Largest value of the window up to `reach` around each pixel: of two, four, eight rows or columns, then of two such that overlap."""
     rows, columns = image.shape
     size = 2 * reach + 1
-    padded = np.full((rows + 2 * reach, columns), -np.inf, np.float32)
-    padded[reach : reach + rows] = image
-    line = np.full(columns + 2 * reach, -np.inf, np.float32)
+    padded = np.zeros((rows + 2 * reach, columns), np.float32)
+    for i in range(len(padded)):
+        row, inside = padded[i], i >= reach and i < reach + rows
+        for j in range(columns):
+            row[j] = image[i - reach, j] if inside else -np.inf
+    line = np.zeros(columns + 2 * reach, np.float32)
     step = 1
     while 2 * step <= size:
         for i in range(len(padded) - step):
@@ -79,8 +82,8 @@ def largest_around(image, reach, out):  # type: ignore[no-untyped-def]
         first, second = padded[i], padded[i + rest]
         for j in range(columns):
             line[reach + j] = first[j] if first[j] > second[j] else second[j]
-        line[:reach] = -np.inf
-        line[reach + columns :] = -np.inf
+        for j in range(reach):
+            line[j] = line[reach + columns + j] = -np.inf
         width = 1
         while 2 * width <= size:
             for j in range(len(line) - width):
