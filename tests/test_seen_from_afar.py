@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import shapely
+from face_lines import lines_between
 
 from indoor_bim.auto import _entered
 from indoor_bim.plan import local_density
@@ -274,3 +275,13 @@ def test_a_room_with_few_points_was_entered_where_the_scanner_stood_in_it(stood,
     ]
     sensor = None if stood is None else np.array([[1.0, 1.0, 1.5], [*stood, 1.5]])
     assert [room.polygon.bounds[0] for room in _entered(rooms, seen, sensor)] == [0.0, 4.0][:entered]
+
+
+def test_what_lines_leave_over_does_not_depend_on_the_order_of_the_points():
+    table = np.vstack([wall((0, 0), (4, 0), density=400, seen_from=(2, 2)).xy, wall((0, 0.09), (4, 0.09), density=400, seen_from=(2, 2)).xy])
+    points = WallPoints(table, np.full(len(table), 0.9), np.full(len(table), 0.25), None)
+    turned = WallPoints(table[::-1], points.rise, points.depth, None)
+    lines = lines_between(((0, 0), (4, 0)))
+    left, other = (unexplained(given, lines).xy for given in (points, turned))
+    assert 0 < len(left) < len(table)
+    np.testing.assert_array_equal(left[np.lexsort(left.T)], other[np.lexsort(other.T)])

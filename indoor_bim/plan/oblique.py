@@ -12,6 +12,9 @@ from indoor_bim.plan.strips import height_layers
 
 Floats = NDArray[np.float64]
 
+CELL = 0.05
+"""Points of a cell of this side are explained together, metres."""
+
 
 def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upper: float = 0.8) -> WallPoints:
     """Points high on the walls that lie on none of the lines.
@@ -30,10 +33,11 @@ def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upp
     high = points.take(np.flatnonzero(points.rise > upper))
     if not len(high):
         return high
-    cell = np.floor(high.xy / 0.05).astype(np.int64)
-    cell -= cell.min(axis=0)
+    cell = np.floor(high.xy / CELL).astype(np.int64)
+    corner = cell.min(axis=0)
+    cell -= corner
     first, group, _ = group_keys(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1])
-    spots = high.xy[first]
+    spots = (cell[first] + corner + 0.5) * CELL
     free = np.ones(len(spots), dtype=bool)
     for direction, normal, offset, start, end in zip(lines.direction, lines.normal, lines.offset, lines.start, lines.end, strict=True):
         along = spots @ direction
