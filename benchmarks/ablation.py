@@ -21,7 +21,6 @@ from indoor_bim.cloud.levels import level
 from indoor_bim.model import Building, Storey
 from indoor_bim.openings import find_openings
 from indoor_bim.plan import line_search
-from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.quality.compare import compare
@@ -59,21 +58,19 @@ def reconstruct(scan: SimulatedScan, left_out: str) -> Building:
     """Run the stages of `auto` without one of its ideas."""
     levelled = level(Cloud(scan.points, gps_time=scan.gps_time, trajectory=scan.trajectory))
     times = None if left_out == NO_TIMES else scan.gps_time
-    path = levelled.trajectory
-    sensor = None if times is None or path is None else sensor_positions(path, times)
     found_storeys: list[Storey] = []
     with ExitStack() as stack:
         for module, name, stand_in in LEFT_OUT[left_out]:
             stack.enter_context(mock.patch.object(module, name, stand_in))
         for number in range(len(levelled.storeys)):
-            found = auto_storey(levelled, number, sensor)
+            found = auto_storey(levelled, number, times)
             plan = found.plan
             if left_out == NO_CUT:
                 faces = Segments.from_ends(*found.lines.ends())
                 plan = StoreyPlan(replace(faces, sided=np.ones(len(faces), dtype=bool)), plan.floor, plan.ceiling, seen=plan.seen)
             storey = storey_from_plan(plan, number=number + 1).storey
             if storey.walls:
-                found_storeys.append(find_openings(storey, levelled.points, trajectory=path, gps_time=times))
+                found_storeys.append(find_openings(storey, levelled.points, trajectory=levelled.trajectory, gps_time=times))
     return Building("scan", tuple(found_storeys), transform_cloud_to_model=levelled.frame.rows())
 
 

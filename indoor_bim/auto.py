@@ -32,7 +32,7 @@ from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.roof import ridge_height, roof_surface, under_the_eaves
 from indoor_bim.plan.room_levels import room_levels
 from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outlines
-from indoor_bim.plan.scanner_path import sensor_positions
+from indoor_bim.plan.scanner_path import known_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.threads import rows_of
@@ -60,7 +60,7 @@ class AutoStages:
     plan: StoreyPlan
 
 
-def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = None, sample: Floats | None = None) -> AutoStages:
+def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = None, sample: Floats | None = None) -> AutoStages:
     """Faces and rooms of one storey.
 
     Parameters
@@ -69,8 +69,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         Levelled scan.
     number : int
         Storey, from 0.
-    sensor : (n, 3) float64, optional
-        Scanner position at each point in model coordinates, metres.
+    gps_time : (n,) float64, optional
+        Time of each point, seconds; with the trajectory it tells the sides that walls were seen from.
     sample : (m, 3) float64, optional
         Thinned points of the scan; default: they are thinned here.
 
@@ -93,8 +93,8 @@ def auto_storey(levelled: LevelledCloud, number: int, sensor: Floats | None = No
         raise NothingToReconstructError(no_walls(len(levelled.points), **seen))
     low, high = extent(overhead, sample, floor=floor, top=top)
     near = ev.rows_within(points, np.array([*low, floor - 0.1]), np.array([*high, top]))
-    if len(near) < len(points):
-        points, sensor = rows_of(points, near), None if sensor is None else rows_of(sensor, near)
+    sensor = known_positions(levelled.trajectory, gps_time, near)
+    points = rows_of(points, near) if len(near) < len(points) else points
     filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):
@@ -247,14 +247,11 @@ def storey_plans(levelled: LevelledCloud, *, gps_time: Floats | None = None) -> 
     NothingToReconstructError
         If no storey has.
     """
-    sensor = None
-    if gps_time is not None and levelled.trajectory is not None and np.isfinite(levelled.trajectory[:, 0]).all():
-        sensor = sensor_positions(levelled.trajectory, gps_time)
     sample = thin(levelled.points)
     plans, complaints = [], []
     for number in range(len(levelled.storeys)):
         try:
-            plans.append(auto_storey(levelled, number, sensor, sample).plan)
+            plans.append(auto_storey(levelled, number, gps_time, sample).plan)
         except NothingToReconstructError as error:
             logger.warning("storey %d: %s", number + 1, error)
             complaints.append(error)

@@ -121,7 +121,9 @@ def each_wall(
         view = _view(storey.walls[k], boxes[k], all_rays[k], around, walked=_walked_through(boxes[k], trajectory), thickest=max_thickness)
         return work(view)
 
-    return in_threads(outcome, range(len(boxes)), threads=threads_for(len(points)))
+    order = sorted(range(len(boxes)), key=lambda k: -len(near[k]))  # what takes longest comes first, so that all threads end together
+    done = dict(zip(order, in_threads(outcome, order, threads=threads_for(len(points))), strict=True))
+    return [done[k] for k in range(len(boxes))]
 
 
 def wall_views(

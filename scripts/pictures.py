@@ -65,7 +65,7 @@ def draw_auto(cloud: Cloud, folder: Path) -> None:
     sensor = None
     if cloud.gps_time is not None and levelled.trajectory is not None:
         sensor = sensor_positions(levelled.trajectory, cloud.gps_time)
-    found = auto_storey(levelled, 0, sensor)
+    found = auto_storey(levelled, 0, cloud.gps_time)
     around = window(storey)
     save(folder / "level.png", section(cloud, levelled, around))
     save(folder / "evidence.png", evidence(levelled, sensor, around))

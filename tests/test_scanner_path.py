@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from indoor_bim.plan.scanner_path import DRIFT_PERIOD, path_periods, sensor_positions
+from indoor_bim.plan.scanner_path import DRIFT_PERIOD, known_positions, path_periods, sensor_positions
 
 TRIPOD = np.array([[0.0, 1, 1, 1], [120.0, 5, 1, 1], [240.0, 9, 9, 1]])
 WALK = np.column_stack([np.arange(11) * 0.1, np.arange(11) * 0.08, np.zeros(11), np.ones(11)])
@@ -51,5 +51,14 @@ def test_many_points_at_once_are_interpolated_as_by_numpy(shuffled):
     times = rng.permutation(times) if shuffled else times
     expected = np.column_stack([np.interp(times, time, path[:, k]) for k in (1, 2, 3)])
     np.testing.assert_array_equal(sensor_positions(path, times), expected)
+    some = np.flatnonzero(rng.uniform(size=len(times)) < 0.3)
+    np.testing.assert_array_equal(known_positions(path, times, some), expected[some])
     known = times[np.isfinite(times)]
     np.testing.assert_array_equal(path_periods(path, known), np.floor((known - time[0]) / DRIFT_PERIOD))
+
+
+def test_standpoints_of_some_points_are_those_of_all():
+    """Points before the first row of the path tell that its times are those of the middles of the stands."""
+    times = np.array([-20.0, 0.0, 60.0, 119.9, 120.0, 300.0])
+    rows = np.array([1, 3, 4])
+    np.testing.assert_array_equal(known_positions(TRIPOD, times, rows), sensor_positions(TRIPOD, times)[rows])

@@ -55,8 +55,8 @@ def sensor_positions(trajectory: Floats, gps_time: Floats) -> Floats:
     return positions
 
 
-def known_positions(trajectory: Floats | None, gps_time: Floats | None) -> Floats | None:
-    """Position of the scanner for each point, None where times of points or path are not known; as `sensor_positions`.
+def known_positions(trajectory: Floats | None, gps_time: Floats | None, rows: Ints | None = None) -> Floats | None:
+    """Position of the scanner for each point, or for some, None where times of points or path are not known; as `sensor_positions`.
 
     Parameters
     ----------
@@ -64,10 +64,16 @@ def known_positions(trajectory: Floats | None, gps_time: Floats | None) -> Float
         Time in seconds and x, y, z in metres.
     gps_time : (n,) float64, optional
         Time of each point, seconds.
+    rows : (k,) int64, optional
+        Points that are asked for; default: all.
     """
     if trajectory is None or gps_time is None or not np.isfinite(trajectory[:, 0]).all():
         return None
-    return sensor_positions(trajectory, gps_time)
+    if rows is None or len(rows) == len(gps_time):
+        return sensor_positions(trajectory, gps_time)
+    if _stands(trajectory[:, 0]):
+        return np.asarray(trajectory[_standpoint(trajectory[:, 0], np.asarray(gps_time)).take(rows), 1:4], dtype=np.float64)
+    return sensor_positions(trajectory, gps_time.take(rows))
 
 
 def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
