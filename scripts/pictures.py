@@ -33,7 +33,7 @@ from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.strips import BELOW_CEILING, sweep
-from indoor_bim.simulate import demo_house, simulate, write_scan
+from indoor_bim.simulate import demo_house, rounded_house, simulate, write_scan
 from indoor_bim.slope import SlopeStages, slope_stages
 from indoor_bim.stages import Stages
 from indoor_bim.wall_views import picture_png, wall_views
@@ -54,6 +54,8 @@ def main(folder: Path = FOLDER) -> None:
         scan = Path(scratch) / "scan.laz"
         draw_auto(indoor_bim.read(scan), folder)
         write_plans(indoor_bim.reconstruct(scan).building, folder / "plan.svg")
+        write_scan(simulate(rounded_house(), profile="backpack", points=500_000, seed=0), scratch)
+        write_plans(indoor_bim.reconstruct(scan).building, folder / "rounded.svg")
     draw_slope(indoor_bim.cloud.read.as_cloud(simulate(demo_house(), profile="static", points=300_000, seed=1).points), folder)
 
 
