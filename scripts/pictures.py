@@ -50,12 +50,12 @@ def main(folder: Path = FOLDER) -> None:
     plt.rcParams.update({"font.size": 8, "axes.titlesize": 9, "axes.linewidth": 0.5, "figure.constrained_layout.use": True})
     folder.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as scratch:
-        write_scan(simulate(demo_house(), profile="backpack", points=500_000, seed=0), scratch)
-        scan = Path(scratch) / "scan.laz"
-        draw_auto(indoor_bim.read(scan), folder)
-        write_plans(indoor_bim.reconstruct(scan).building, folder / "plan.svg")
-        write_scan(simulate(rounded_house(), profile="backpack", points=500_000, seed=0), scratch)
-        write_plans(indoor_bim.reconstruct(scan).building, folder / "rounded.svg")
+        house, rounded = (Path(scratch) / name for name in ("house", "house with curved walls"))
+        write_scan(simulate(demo_house(), profile="backpack", points=500_000, seed=0), house)
+        draw_auto(indoor_bim.read(house / "scan.laz"), folder)
+        write_plans(indoor_bim.reconstruct(house / "scan.laz").building, folder / "plan.svg")
+        write_scan(simulate(rounded_house(), profile="backpack", points=500_000, seed=0), rounded)
+        write_plans(indoor_bim.reconstruct(rounded / "scan.laz").building, folder / "rounded.svg")
     draw_slope(indoor_bim.cloud.read.as_cloud(simulate(demo_house(), profile="static", points=300_000, seed=1).points), folder)
 
 
