@@ -22,8 +22,19 @@ def points():
 def test_box_moments_equal_their_twin(points, sides):
     found, twin = box_moments(points, sides=sides), box_moments_by_sorting(points, sides=np.array(sides))
     assert np.array_equal(found.count, twin.count)
+    assert np.array_equal(found.index, twin.index)
     np.testing.assert_allclose(found.mean, twin.mean, rtol=0, atol=1e-12)
     np.testing.assert_allclose(found.covariance, twin.covariance, rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize("count", [FEW_POINTS, FEW_POINTS + 1])
+def test_merged_moments_are_those_of_wider_boxes(count):
+    points = np.random.default_rng(4).uniform(-4, 4, (count, 3))
+    found, wide = box_moments(points, sides=(0.3, 0.3, 0.1)).merged((2, 2, 6)), box_moments(points, sides=(0.6, 0.6, 0.6))
+    assert np.array_equal(found.count, wide.count)
+    assert np.array_equal(found.index, wide.index)
+    np.testing.assert_allclose(found.mean, wide.mean, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(found.covariance, wide.covariance, rtol=0, atol=1e-12)
 
 
 def test_moved_points_are_those_of_the_matrix(points):

@@ -137,11 +137,11 @@ def test_upright_is_the_smallest_rotation(rng):
 
 @pytest.mark.parametrize(("tilt", "azimuth"), [(9, 130), (17, 300)])
 def test_noisy_scan_is_levelled(rng, tilt, azimuth):
-    """Noise of 25 mm on every surface: short plane pieces would have no clear normal."""
+    """Noise of 25 mm on every surface: short plane pieces would have no clear normal, and boxes must not cut the floor in halves."""
     turn = rotation(tilt=tilt, azimuth=azimuth, yaw=20)
     points = box_points(rng, 9.0, 7.0, 0.0, 3.0, count=400_000, noise=0.025)
     up = upright(thin(points @ turn.T)) @ turn[:, 2]
-    assert np.degrees(np.arccos(min(up[2], 1.0))) < 0.05
+    assert np.degrees(np.arccos(min(up[2], 1.0))) < 0.015
 
 
 def plate(rng, low, high, height, *, spacing=0.02, noise=0.005):

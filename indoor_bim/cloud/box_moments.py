@@ -19,6 +19,8 @@ class BoxMoments:
 
     Parameters
     ----------
+    index : (m, 3) int64
+        Place of the box in the grid; times the sides: its lower corner.
     count : (m,) int64
         Number of points.
     mean : (m, 3) float64
@@ -27,9 +29,38 @@ class BoxMoments:
         Mean product of the offsets from the mean.
     """
 
+    index: NDArray[np.int64]
     count: NDArray[np.int64]
     mean: Floats
     covariance: Floats
+
+    def merged(self, factors: ArrayLike) -> BoxMoments:
+        """Moments of boxes that are so many times as wide along each axis.
+
+        Parameters
+        ----------
+        factors : (3,) array_like
+            Whole numbers.
+
+        Examples
+        --------
+        >>> points = np.array([[0.1, 0, 0], [0.3, 0, 0], [1.5, 1, 1]])
+        >>> wide = box_moments(points, sides=(1, 1, 1)).merged((2, 2, 2))
+        >>> wide.count.tolist(), wide.mean.round(6).tolist(), np.allclose(wide.covariance[0], np.cov(points.T, ddof=0))
+        ([3], [[0.633333, 0.333333, 0.333333]], True)
+        """
+        index = self.index // np.asarray(factors, dtype=np.int64)
+        first = index.min(axis=0)
+        size = index.max(axis=0) - first + 1
+        key = ((index[:, 0] - first[0]) * size[1] + index[:, 1] - first[1]) * size[2] + index[:, 2] - first[2]
+        order = np.argsort(key, kind="stable")
+        new = np.flatnonzero(np.append(True, np.diff(key[order]) != 0))
+        count, index = np.add.reduceat(self.count[order], new), index[order][new]
+        mean = np.add.reduceat((self.count[:, None] * self.mean)[order], new) / count[:, None]
+        share = self.count[order] / np.repeat(count, np.diff(np.append(new, len(order))))
+        offset = self.mean[order] - np.repeat(mean, np.diff(np.append(new, len(order))), axis=0)
+        spread = self.covariance[order] + offset[:, :, None] * offset[:, None, :]
+        return BoxMoments(index, count, mean, np.add.reduceat(share[:, None, None] * spread, new))
 
 
 def box_moments(points: Floats, *, sides: ArrayLike) -> BoxMoments:
@@ -67,20 +98,20 @@ def box_moments(points: Floats, *, sides: ArrayLike) -> BoxMoments:
     covariance = np.zeros((len(count), 3, 3))
     for column, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
         covariance[:, i, j] = covariance[:, j, i] = products[:, column] - mean[:, i] * mean[:, j]
-    return BoxMoments(count, corner * edges + mean, covariance)
+    return BoxMoments(corner, count, corner * edges + mean, covariance)
 
 
 def box_moments_by_sorting(points: Floats, *, sides: Floats) -> BoxMoments:
     """Twin of `box_moments` in numpy: slower, for few points."""
-    cells = np.floor(points / sides).astype(np.int64)
-    cells -= cells.min(axis=0)
+    index = np.floor(points / sides).astype(np.int64)
+    cells = index - index.min(axis=0)
     spans = cells.max(axis=0) + 1
     keys = (cells[:, 0] * spans[1] + cells[:, 1]) * spans[2] + cells[:, 2]
-    _, group, count = np.unique(keys, return_inverse=True, return_counts=True)
+    _, one_of, group, count = np.unique(keys, return_index=True, return_inverse=True, return_counts=True)
     mean = np.column_stack([np.bincount(group, weights=points[:, k]) for k in range(3)]) / count[:, None]
     offset = points - mean[group]
     covariance = np.zeros((len(count), 3, 3))
     for i in range(3):
         for j in range(i, 3):
             covariance[:, i, j] = covariance[:, j, i] = np.bincount(group, weights=offset[:, i] * offset[:, j]) / count
-    return BoxMoments(count, mean, covariance)
+    return BoxMoments(index[one_of], count, mean, covariance)

@@ -58,19 +58,17 @@ def sum_products(
 def _sum_part(
     points: NDArray[np.float64], sides: NDArray[np.float64], first: NDArray[np.int64], strides: NDArray[np.int64]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.float64]]:
-    number = np.zeros(len(points), dtype=np.int64)
-    taken, member = np.full(FIRST_SLOTS, FREE), np.zeros(FIRST_SLOTS, dtype=np.int64)
+    taken, member, most = np.full(FIRST_SLOTS, FREE), np.zeros(FIRST_SLOTS, dtype=np.int64), FIRST_SLOTS // 2
+    count, corner, sums = np.zeros(most, dtype=np.int64), np.zeros((most, 3), dtype=np.int64), np.zeros((most, 9))
     done = boxes = 0
     while True:
-        done, boxes = _number(points, sides, first, strides, done, boxes, taken, member, number)
+        done, boxes = _sum(points, sides, first, strides, done, boxes, taken, member, count, corner, sums)
         if done == len(points):
-            break
+            return count[:boxes], corner[:boxes], sums[:boxes]
         keys, places = taken[taken != FREE], member[taken != FREE]
         taken, member = np.full(4 * len(taken), FREE), np.zeros(4 * len(member), dtype=np.int64)
         _insert(keys, places, taken, member)
-    count, corner, sums = np.zeros(boxes, dtype=np.int64), np.zeros((boxes, 3), dtype=np.int64), np.zeros((boxes, 9))
-    _sum(points, sides, number, count, corner, sums)
-    return count, corner, sums
+        count, corner, sums = (np.concatenate([table, *3 * [np.zeros_like(table)]]) for table in (count, corner, sums))
 
 
 @compiled(_keys, _keys, _keys, _keys)
@@ -82,36 +80,26 @@ def _insert(keys, places, taken, member):  # type: ignore[no-untyped-def]
         member[slot] = places[i]
 
 
-@compiled(_points, _floats, _keys, _keys, types.int64, types.int64, _keys, _keys, _keys)
-def _number(points, sides, first, strides, start, boxes, taken, member, number):  # type: ignore[no-untyped-def]
-    """Number the boxes in order of appearance until half of the slots are taken; returns the points done and the boxes found."""
+@compiled(_points, _floats, _keys, _keys, types.int64, types.int64, _keys, _keys, _keys, _indices, _table)
+def _sum(points, sides, first, strides, start, boxes, taken, member, count, corner, sums):  # type: ignore[no-untyped-def]
+    """Add points to boxes in order of appearance until there is no room for another; returns the points done and the boxes found."""
+    before, box = FREE, 0
     for i in range(start, len(points)):
-        column = np.int64(np.floor(points[i, 0] / sides[0])) - first[0]
-        row = np.int64(np.floor(points[i, 1] / sides[1])) - first[1]
-        layer = np.int64(np.floor(points[i, 2] / sides[2])) - first[2]
-        key = column * strides[0] + row * strides[1] + layer * strides[2]
-        slot = slot_of(key, taken)
-        if taken[slot] == FREE:
-            if 2 * boxes == len(taken):
-                return i, boxes
-            taken[slot] = key
-            member[slot] = boxes
-            boxes += 1
-        number[i] = member[slot]
-    return len(points), boxes
-
-
-@compiled(_points, _floats, _keys, _keys, _indices, _table)
-def _sum(points, sides, number, count, corner, sums):  # type: ignore[no-untyped-def]
-    for i in range(len(points)):
-        box = number[i]
-        if count[box] == 0:
-            for axis in range(3):
-                corner[box, axis] = np.int64(np.floor(points[i, axis] / sides[axis]))
+        column = np.int64(np.floor(points[i, 0] / sides[0]))
+        row = np.int64(np.floor(points[i, 1] / sides[1]))
+        layer = np.int64(np.floor(points[i, 2] / sides[2]))
+        key = (column - first[0]) * strides[0] + (row - first[1]) * strides[1] + (layer - first[2]) * strides[2]
+        if key != before:
+            slot = slot_of(key, taken)
+            if taken[slot] == FREE:
+                if boxes == len(count):
+                    return i, boxes
+                taken[slot], member[slot] = key, boxes
+                corner[boxes, 0], corner[boxes, 1], corner[boxes, 2] = column, row, layer
+                boxes += 1
+            before, box = key, member[slot]
         count[box] += 1
-        x = points[i, 0] - corner[box, 0] * sides[0]
-        y = points[i, 1] - corner[box, 1] * sides[1]
-        z = points[i, 2] - corner[box, 2] * sides[2]
+        x, y, z = points[i, 0] - column * sides[0], points[i, 1] - row * sides[1], points[i, 2] - layer * sides[2]
         total = sums[box]
         total[0] += x
         total[1] += y
@@ -122,3 +110,4 @@ def _sum(points, sides, number, count, corner, sums):  # type: ignore[no-untyped
         total[6] += x * y
         total[7] += x * z
         total[8] += y * z
+    return len(points), boxes

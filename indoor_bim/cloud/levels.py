@@ -6,7 +6,9 @@ surfaces are cells of a coarse grid whose points lie in a plane.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,10 +72,10 @@ def level(cloud: Cloud) -> LevelledCloud:
     sample = thin(cloud.points)
     turn = upright(sample)
     sample = moved(sample, turn)
-    yaw = main_direction(sample)
+    works: list[Callable[[Floats], Any]] = [main_direction, storey_levels]
+    yaw, storeys = in_threads(lambda work: work(sample), works, threads=threads_for(len(sample)))
     cos, sin = np.cos(-yaw), np.sin(-yaw)
     about_z = np.array([[cos, -sin, 0.0], [sin, cos, 0.0], [0.0, 0.0, 1.0]])
-    storeys = storey_levels(sample)
     warnings = list(cloud.warnings)
     if not storeys:
         raise NothingToReconstructError("found neither floor nor ceiling: no level surface covers enough of the plan")

@@ -9,11 +9,14 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.box_moments import FEW_POINTS, box_moments
 from indoor_bim.cloud.heights import height_peaks, nearest_peak
-from indoor_bim.threads import in_threads, threads_for
+from indoor_bim.cloud.spacing import sample_mask
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 Floats = NDArray[np.float64]
 
 _COLUMN = 0.05
+_ENOUGH = 30_000
+"""So many columns tell the direction well enough for the least squares to start from."""
 
 
 def main_direction(points: Floats) -> float:
@@ -29,28 +32,44 @@ def main_direction(points: Floats) -> float:
     float
         Angle from the x axis to the nearer of the two main directions.
     """
-    columns = box_moments(np.column_stack([points[:, :2], np.zeros(len(points))]), sides=(_COLUMN, _COLUMN, _COLUMN))
-    weight = np.minimum(columns.count, 40).astype(np.float64) ** 2
-    wall = weight >= np.quantile(weight, 0.7)
-    xy, weight = np.ascontiguousarray(columns.mean[wall, :2]), weight[wall]
-    best, threads = 0.0, threads_for(len(xy)) if len(xy) > FEW_POINTS else 1
-    for reach, step, width in ((45.0, 1.0, 0.10), (1.5, 0.25, 0.05), (0.3, 0.05, 0.03), (0.06, 0.01, 0.03)):
+    xy, weight = _wall_columns(np.ascontiguousarray(points[:, :2]))
+    few = sample_mask(xy, _ENOUGH)
+    some_xy, some_weight = xy[few], weight[few]
+    best, threads = 0.0, threads_for(len(points))
+    for reach, step, width in ((45.0, 1.0, 0.10), (1.5, 0.25, 0.05), (0.3, 0.05, 0.03)):
         angles = best + np.radians(np.arange(-reach, reach + step / 2, step))
-        sharpness = in_threads(partial(_sharpness, xy, weight, width=width), list(angles), threads=threads)
-        best = float(angles[int(np.argmax(sharpness))])
-    for width in (0.06, 0.05, 0.04, 0.04):
+        parts = even_slices(len(angles), threads)
+        found = in_threads(partial(_sharpness, some_xy, some_weight, width=width), [angles[part] for part in parts], threads=threads)
+        best = float(angles[int(np.argmax(np.concatenate(found)))])
+    for width in (0.06, 0.05, 0.04):
         best += _common_turn(xy, weight, best, width)
     return float(np.pi / 4 - np.mod(np.pi / 4 - best, np.pi / 2))
 
 
-def _sharpness(xy: Floats, weight: Floats, angle: float, *, width: float) -> float:
-    """How well points line up along a direction and across it."""
-    directions = ((np.cos(angle), np.sin(angle)), (-np.sin(angle), np.cos(angle)))
+def _wall_columns(xy: Floats) -> tuple[Floats, Floats]:
+    """Means (k, 2) and weights (k,) of the columns of the plan that hold most points."""
     if len(xy) <= FEW_POINTS:
-        return sum(energy_by_bincount(xy, weight, *direction, width) for direction in directions)
-    from indoor_bim.cloud.point_loops import histogram_energy
+        columns = box_moments(np.column_stack([xy, np.zeros(len(xy))]), sides=(_COLUMN, _COLUMN, _COLUMN))
+        count, mean = columns.count, columns.mean[:, :2]
+    else:
+        from indoor_bim.cloud.extent import bounds
+        from indoor_bim.cloud.voxel_sums import sum_voxels
 
-    return float(sum(histogram_energy(xy, weight, *direction, width) for direction in directions))
+        first, last = (np.floor(corner / _COLUMN) for corner in bounds(xy))
+        _, count, mean = sum_voxels(xy, low=first * _COLUMN, voxel_size=_COLUMN, size=(last - first).astype(np.int64) + 2)
+    weight = np.minimum(count, 40).astype(np.float64) ** 2
+    wall = weight >= np.quantile(weight, 0.7)
+    return np.ascontiguousarray(mean[wall]), weight[wall]
+
+
+def _sharpness(xy: Floats, weight: Floats, angles: Floats, *, width: float) -> Floats:
+    """How well points line up along directions and across them."""
+    energy = energy_by_bincount
+    if len(xy) > FEW_POINTS:
+        from indoor_bim.cloud.point_loops import histogram_energy as energy
+    along = [energy(xy, weight, cosine, sine, width) for cosine, sine in zip(np.cos(angles), np.sin(angles), strict=True)]
+    across = [energy(xy, weight, -sine, cosine, width) for cosine, sine in zip(np.cos(angles), np.sin(angles), strict=True)]
+    return np.array(along, dtype=np.float64) + np.array(across, dtype=np.float64)
 
 
 def energy_by_bincount(xy: Floats, weight: Floats, cosine: float, sine: float, width: float) -> float:

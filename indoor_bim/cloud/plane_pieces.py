@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.box_moments import box_moments
+from indoor_bim.cloud.box_moments import BoxMoments, box_moments
 
 Floats = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Patches:
     spread: Floats
 
 
-def patches(points: Floats, *, cell: float = CELL, flatness: float = 0.2) -> Patches:
+def patches(points: Floats, *, cell: float = CELL) -> Patches:
     """Plane pieces of a thinned cloud.
 
     Parameters
@@ -43,10 +43,20 @@ def patches(points: Floats, *, cell: float = CELL, flatness: float = 0.2) -> Pat
         Thinned points, metres.
     cell : float
         Side of a cell, metres.
+    """
+    return plane_pieces(box_moments(points, sides=(cell, cell, cell)))
+
+
+def plane_pieces(boxes: BoxMoments, *, flatness: float = 0.2) -> Patches:
+    """Boxes whose points lie in a plane.
+
+    Parameters
+    ----------
+    boxes : BoxMoments
+        Moments of the points in cubes.
     flatness : float
         Largest ratio between the standard deviations across the plane and along its shorter axis.
     """
-    boxes = box_moments(points, sides=(cell, cell, cell))
     filled = boxes.count >= MIN_CELL_POINTS
     values, vectors = np.linalg.eigh(boxes.covariance[filled])
     deviation = np.sqrt(np.maximum(values, 0))
@@ -54,22 +64,19 @@ def patches(points: Floats, *, cell: float = CELL, flatness: float = 0.2) -> Pat
     return Patches(boxes.mean[filled][keep], vectors[keep, :, 0], deviation[keep, 0])
 
 
-def level_pieces(points: Floats, *, thickness: float = 0.10) -> Floats:
-    """Centres of flat cells that are filled along both axes of the plan: level surfaces, not walls.
+def level_pieces(boxes: BoxMoments) -> Floats:
+    """Centres of flat boxes that are filled along both axes of the plan: level surfaces, not walls.
 
     Parameters
     ----------
-    points : (n, 3) float64
-        Thinned upright points, metres.
-    thickness : float
-        Height of a cell, metres.
+    boxes : BoxMoments
+        Moments of thinned upright points in boxes of `CELL` along x and y, a few of which are as high, metres.
 
     Returns
     -------
     (m, 3) float64
         Mean points, metres.
     """
-    boxes = box_moments(points, sides=(CELL, CELL, thickness))
     xx, yy, zz = (boxes.covariance[:, k, k] for k in range(3))
     minor = (xx + yy) / 2 - np.sqrt(((xx - yy) / 2) ** 2 + boxes.covariance[:, 0, 1] ** 2)
     evenly_filled = CELL**2 / 12

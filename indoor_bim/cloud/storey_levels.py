@@ -10,13 +10,15 @@ from numpy.typing import NDArray
 from indoor_bim.cloud.box_moments import box_moments
 from indoor_bim.cloud.cloud import StoreyLevels
 from indoor_bim.cloud.heights import LEVEL_TOLERANCE, height_peaks, level_at
-from indoor_bim.cloud.plane_pieces import CELL, Patches, level_pieces, patches
+from indoor_bim.cloud.plane_pieces import CELL, Patches, level_pieces, plane_pieces
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 _WIDE = 2 * CELL
 """Side of the plane pieces, metres: wide enough for thinly scanned floors."""
+_LAYERS = 6
+"""Level surfaces are told from walls in layers of a wide plane piece, 10 cm each."""
 _MIN_CLEAR_HEIGHT = 1.8
 _LOWEST_TABLE = 0.4
 _HIGHEST_TABLE = 1.2
@@ -43,11 +45,13 @@ def storey_levels(points: Floats) -> tuple[StoreyLevels, ...]:
     tuple of StoreyLevels
         Empty where no level surface was found.
     """
-    level = level_pieces(points)
+    thin = box_moments(points, sides=(CELL, CELL, _WIDE / _LAYERS))
+    level = level_pieces(thin)
     overhead = np.zeros((0, 3))
-    flat = patches(points, cell=_WIDE)
+    tall = thin.merged((1, 1, _LAYERS))
+    flat = plane_pieces(tall.merged((2, 2, 1)))
     if len(flat.centre):
-        pieces, slope = _quarters(points, flat)
+        pieces, slope = _quarters(tall.mean, flat)
         overhead = pieces[slope < np.radians(60)]
         level = np.vstack([level, pieces[slope < np.radians(8)]])
     if not len(level):
@@ -67,11 +71,11 @@ def storey_levels(points: Floats) -> tuple[StoreyLevels, ...]:
     for bottom in found:
         if not any(bottom.is_furniture(other) for other in found) and not any(bottom.overlaps(group) for group in groups):
             groups.append(bottom)
-    storeys = []
+    storeys, height = [], np.ascontiguousarray(points[:, 2])
     for floor in sorted(group.floor for group in groups):
         mine = np.abs(bottoms - floor) < LEVEL_TOLERANCE
         ceilings = [z for z in height_peaks(tops[mine], share=1.0) if (np.abs(tops[mine] - z) < LEVEL_TOLERANCE).mean() > 0.3]
-        storeys.append(StoreyLevels(level_at(points[:, 2], floor), level_at(points[:, 2], ceilings[0]) if ceilings else None))
+        storeys.append(StoreyLevels(level_at(height, floor), level_at(height, ceilings[0]) if ceilings else None))
     return tuple(storeys) if storeys else _open_level(points, level[:, 2])
 
 
@@ -99,9 +103,8 @@ class _Bottom:
         return bool((distance <= _AROUND).mean() > 0.7)
 
 
-def _quarters(points: Floats, flat: Patches) -> tuple[Floats, Floats]:
-    """Mean point (m, 3) of every column's share of the wide plane pieces, and the angle (m,) of the piece from level, radians."""
-    boxes = box_moments(points, sides=(CELL, CELL, _WIDE)).mean
+def _quarters(boxes: Floats, flat: Patches) -> tuple[Floats, Floats]:
+    """Mean points (m, 3) of the boxes that lie in a wide plane piece, and the angle (m,) of the piece from level, radians."""
     wide, quarter = (np.floor(xyz / _WIDE).astype(np.int64) for xyz in (flat.centre, boxes))
     first, size = wide.min(axis=0), np.ptp(wide, axis=0) + 1
     inside = ((quarter >= first) & (quarter < first + size)).all(axis=1)

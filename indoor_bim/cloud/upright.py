@@ -20,6 +20,12 @@ _FEW = 30
 _DENIED = 3.0
 """So many standard deviations of the floors' heights tell the tilt of the floors from that of the ground outside."""
 _ROOM_HEIGHT = 1.8
+_GRIDS = 3
+"""Boxes are laid along the vertical found so far; so often at most."""
+_ALONG_GRID = 3e-3
+"""Radians between boxes and vertical that do no harm: 9 cm over 30 m, so that borders of boxes still pass between the floors."""
+_BORDER = 7
+"""Steps on either side of a border of boxes in which few points are wanted."""
 _CONVERGED = 1e-5  # radians: 0.2 mm over 20 m
 
 
@@ -27,8 +33,9 @@ def upright(points: Floats) -> Floats:
     """Rotation that makes floors and ceilings level.
 
     The direction that most plane pieces share within 45 degrees of the z axis gives the vertical to a few tenths of a
-    degree; planes of one common normal through all floors and ceilings, fitted robustly, give it to a few hundredths. Ground
-    seen outside counts as long as floors and ceilings do not deny that it is level.
+    degree; planes of one common normal through all floors and ceilings, fitted robustly, give it to a few hundredths. The pieces are
+    then those of boxes along the vertical, and turn with it while it moves on by little. Ground seen
+    outside counts as long as floors and ceilings do not deny that it is level.
 
     Parameters
     ----------
@@ -52,23 +59,39 @@ def upright(points: Floats) -> Floats:
             "ceiling: check the up axis and the unit of the scan"
         )
     vertical = _common_direction(steep.normal)
-    vertical = _converged(points, vertical, indoors=False)
-    within = _converged(points, vertical, indoors=True)
-    return _rotation_between(within if _floors_deny(points, vertical, within) else vertical, _UP)
+    for _ in range(_GRIDS):
+        turn = _rotation_between(vertical, _UP)
+        gentle = _level_normals(_between_boxes(moved(points, turn)), steepest=60)
+        there = _converged(gentle, _UP, indoors=False)
+        vertical = turn.T @ there
+        if np.linalg.norm(there - _UP) < _ALONG_GRID:
+            break
+    within = _converged(gentle, there, indoors=True)
+    found: Floats = turn.T @ within if _floors_deny(gentle, there, within) else vertical
+    return _rotation_between(found, _UP)
 
 
-def _converged(points: Floats, vertical: Floats, *, indoors: bool) -> Floats:
+def _between_boxes(points: Floats, *, step: float = 0.02) -> Floats:
+    """Points lifted so that the borders of the plane pieces pass where the fewest of them are, away from floors and ceilings."""
+    bins = round(_CELL / step)
+    count = np.bincount(np.floor(points[::8, 2] / step).astype(np.int64) % bins, minlength=bins)
+    around = np.sum([np.roll(count, k) for k in range(-_BORDER, _BORDER + 1)], axis=0)
+    lifted: Floats = points - np.array([0.0, 0.0, (np.argmin(around) + 0.5) * step])
+    return lifted
+
+
+def _converged(gentle: Patches, vertical: Floats, *, indoors: bool) -> Floats:
     """Vertical of all level surfaces, or of those indoors, from a guess."""
     for _ in range(6):
-        before, vertical = vertical, _fit_levels(points, vertical, indoors=indoors)
+        before, vertical = vertical, _fit_levels(gentle, vertical, indoors=indoors)
         if np.linalg.norm(vertical - before) < _CONVERGED:
             break
     return vertical
 
 
-def _floors_deny(points: Floats, vertical: Floats, within: Floats) -> bool:
+def _floors_deny(gentle: Patches, vertical: Floats, within: Floats) -> bool:
     """Whether floors and ceilings lie so flat across the vertical that they have indoors that they cannot belong to the other."""
-    level = _levels(moved(points, _rotation_between(within, _UP)), indoors=True)
+    level = _levels(gentle, _rotation_between(within, _UP), indoors=True)
     peaks = np.array(height_peaks(level[:, 2], share=0.05))
     residual = level[:, 2] - peaks[nearest_peak(level[:, 2], peaks)]
     residual = residual[np.abs(residual) < 0.05]
@@ -120,21 +143,21 @@ def _common_direction(up: Floats) -> Floats:
     return unit
 
 
-def _levels(points: Floats, *, indoors: bool) -> Floats:
-    """Centres (n, 3) of the level pieces of upright points; those indoors where there are enough."""
-    gentle = _level_normals(points, steepest=60)
-    level: Floats = gentle.centre[gentle.normal[:, 2] > np.cos(np.radians(6))]
+def _levels(gentle: Patches, turn: Floats, *, indoors: bool) -> Floats:
+    """Centres (n, 3) of the level ones of plane pieces once they are turned; those indoors where there are enough."""
+    centre = moved(gentle.centre, turn)
+    level: Floats = centre[np.abs(gentle.normal @ turn[2]) > np.cos(np.radians(6))]
     if indoors:
-        paired = _over_or_under(level, gentle.centre)
+        paired = _over_or_under(level, centre)
         if paired.sum() >= max(_FEW, 0.1 * len(level)):
             level = level[paired]
     return level
 
 
-def _fit_levels(points: Floats, vertical: Floats, *, indoors: bool) -> Floats:
+def _fit_levels(gentle: Patches, vertical: Floats, *, indoors: bool) -> Floats:
     """One Gauss-Newton step of planes with a common normal through all level surfaces, Tukey weights."""
     turn = _rotation_between(vertical, _UP)
-    level = _levels(moved(points, turn), indoors=indoors)
+    level = _levels(gentle, turn, indoors=indoors)
     if len(level) < 4:
         return vertical
     slope: Floats = np.zeros(2)
