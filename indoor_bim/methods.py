@@ -94,7 +94,9 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
     from indoor_bim.cloud.levels import level, lowered
     from indoor_bim.cloud.spacing import point_spacing
 
-    spacing = point_spacing(cloud.points)
+    spacing = point_spacing(cloud.points, sample_size=20_000)
+    if spacing > 0.75 * SPARSE:  # so few points tell it to some 20 %
+        spacing = point_spacing(cloud.points)
     if spacing > SPARSE:
         return _by_slope(cloud, params, stages, f"The points are {100 * spacing:.0f} cm apart, too sparse for the method auto")
     with stages("level") as keep:

@@ -5,7 +5,7 @@ import pytest
 
 from indoor_bim.cloud.point_loops import localise, place_steps
 from indoor_bim.cloud.read import FEW_POINTS, as_cloud
-from indoor_bim.cloud.spacing import sample_by_hashing, sample_mask
+from indoor_bim.cloud.spacing import _in_blocks, blocks_by_hashing, sample_by_hashing, sample_mask
 
 
 def test_samples_of_many_points_equal_their_twin():
@@ -40,3 +40,11 @@ def test_the_points_of_a_user_are_never_changed(count):
     cloud = as_cloud(points)
     assert np.array_equal(points, before)
     assert np.array_equal(cloud.points, points - cloud.frame.origin)
+
+
+def test_blocks_are_chosen_as_by_the_twin():
+    points = np.random.default_rng(8).normal(0, 5, (50_000, 3))
+    grid = {"low": points[:100].min(axis=0), "edge": 0.7, "limit": np.uint64(2**62)}
+    chosen = _in_blocks(points, **grid)
+    assert np.array_equal(chosen, blocks_by_hashing(points, **grid))
+    assert 0.1 < chosen.mean() < 0.4

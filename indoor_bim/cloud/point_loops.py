@@ -53,6 +53,18 @@ def choose(words, factors, limit, out):  # type: ignore[no-untyped-def]
         out[i] = mixed ^ (mixed >> np.uint64(29)) < limit
 
 
+@compiled(_points, _floats, types.float64, _factors, types.uint64, types.Array(types.bool_, 1, "C"))
+def choose_blocks(points, low, edge, factors, limit, out):  # type: ignore[no-untyped-def]
+    """Whether the mixed places of the blocks of points (n, 3) are below a limit."""
+    for i in range(len(points)):
+        mixed = np.uint64(0)
+        for k in range(3):
+            mixed = (mixed ^ np.uint64(np.int64(np.floor((points[i, k] - low[k]) / edge)))) * factors[k]
+            mixed ^= mixed >> np.uint64(32)
+        mixed *= factors[0]
+        out[i] = mixed ^ (mixed >> np.uint64(29)) < limit
+
+
 @compiled(_points, _floats, _bytes, types.float64, _bytes)
 def label_heights(points, heights, labels, tolerance, out):  # type: ignore[no-untyped-def]
     """Label points (n, 3) that are closer than the tolerance to a height; the last such height counts."""

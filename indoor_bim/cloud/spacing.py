@@ -87,12 +87,33 @@ def _blocks(xyz: NDArray[np.float64], sample_size: int) -> NDArray[np.float64]:
         return xyz
     low, high = np.quantile(xyz[sample_mask(xyz, sample_size)], [0.01, 0.99], axis=0)
     edge = max(float((high - low).max()) / 64, np.finfo(np.float64).tiny)
-    key = _hash(np.floor((xyz - low) / edge).astype(np.int64).view(np.uint64))
     for share in sample_size / len(xyz) * 4.0 ** np.arange(10):
-        chosen = key < np.uint64(2**64 * min(share, 0.999999))
+        chosen = _in_blocks(xyz, low, edge, np.uint64(2**64 * min(share, 0.999999)))
         if np.count_nonzero(chosen) >= sample_size // 4:
             return xyz[chosen]
     return xyz
+
+
+def _in_blocks(xyz: NDArray[np.float64], low: NDArray[np.float64], edge: float, limit: np.uint64) -> NDArray[np.bool_]:
+    """Points (n,) in the blocks whose hash is below a limit."""
+    if len(xyz) <= FEW_POINTS:
+        return blocks_by_hashing(xyz, low=low, edge=edge, limit=limit)
+    from indoor_bim.cloud.point_loops import choose_blocks
+    from indoor_bim.threads import even_slices, in_threads, threads_for
+
+    points, chosen, threads = np.ascontiguousarray(xyz), np.zeros(len(xyz), dtype=np.bool_), threads_for(len(xyz))
+    in_threads(
+        lambda part: choose_blocks(points[part], low, edge, MULTIPLIERS, limit, chosen[part]),
+        even_slices(len(points), threads),
+        threads=threads,
+    )
+    return chosen
+
+
+def blocks_by_hashing(xyz: NDArray[np.float64], *, low: NDArray[np.float64], edge: float, limit: np.uint64) -> NDArray[np.bool_]:
+    """Twin of `point_loops.choose_blocks` in numpy: slower, for few points."""
+    chosen: NDArray[np.bool_] = _hash(np.floor((xyz - low) / edge).astype(np.int64).view(np.uint64)) < limit
+    return chosen
 
 
 def _hash(words: NDArray[np.uint64]) -> NDArray[np.uint64]:
