@@ -278,7 +278,7 @@ def test_a_room_with_few_points_was_entered_where_the_scanner_stood_in_it(stood,
 
 
 def test_what_lines_leave_over_does_not_depend_on_the_order_of_the_points():
-    table = np.vstack([wall((0, 0), (4, 0), density=400, seen_from=(2, 2)).xy, wall((0, 0.09), (4, 0.09), density=400, seen_from=(2, 2)).xy])
+    table = np.vstack([wall((0, y), (4, y), density=400, seen_from=(2, 2)).xy for y in (0, 0.09)])
     points = WallPoints(table, np.full(len(table), 0.9), np.full(len(table), 0.25), None)
     turned = WallPoints(table[::-1], points.rise, points.depth, None)
     lines = lines_between(((0, 0), (4, 0)))
