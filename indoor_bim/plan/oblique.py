@@ -7,13 +7,9 @@ from numpy.typing import NDArray
 
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines
-from indoor_bim.plan.grouping import group_keys
 from indoor_bim.plan.strips import height_layers
 
 Floats = NDArray[np.float64]
-
-CELL = 0.05
-"""Points of a cell of this side are explained together, metres."""
 
 
 def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upper: float = 0.8) -> WallPoints:
@@ -33,16 +29,11 @@ def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upp
     high = points.take(np.flatnonzero(points.rise > upper))
     if not len(high):
         return high
-    cell = np.floor(high.xy / CELL).astype(np.int64)
-    corner = cell.min(axis=0)
-    cell -= corner
-    first, group, _ = group_keys(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1])
-    spots = (cell[first] + corner + 0.5) * CELL
-    free = np.ones(len(spots), dtype=bool)
+    free = np.ones(len(high), dtype=bool)
     for direction, normal, offset, start, end in zip(lines.direction, lines.normal, lines.offset, lines.start, lines.end, strict=True):
-        along = spots @ direction
-        free &= (np.abs(spots @ normal - offset) > near) | (along < start - 0.1) | (along > end + 0.1)
-    return high.take(free[group])
+        along = high.xy @ direction
+        free &= (np.abs(high.xy @ normal - offset) > near) | (along < start - 0.1) | (along > end + 0.1)
+    return high.take(np.flatnonzero(free))
 
 
 def other_directions(points: WallPoints, *, cell: float = 0.40, least: float = 0.4, most: int = 6) -> list[float]:
