@@ -27,6 +27,7 @@ from indoor_bim.plan.free_space import FreeSpace, cell_space, extent, free_space
 from indoor_bim.plan.line_ends import end_cuts, gap_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
 from indoor_bim.plan.loose_faces import loose_faces
+from indoor_bim.plan.overhead import fill_nearest, overhead_surface
 from indoor_bim.plan.passing_rays import Rays
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.roof import ridge_height, roof_surface, under_the_eaves
@@ -87,7 +88,7 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     points = levelled.points
     sample = thin(points) if sample is None else sample
     pitched = storey.ceiling is None
-    overhead = roof_surface(sample, floor=floor, top=top) if pitched else ev.overhead_surface(sample, floor=floor, top=top)
+    overhead = roof_surface(sample, floor=floor, top=top) if pitched else overhead_surface(sample, floor=floor, top=top)
     ceiling = ridge_height(overhead) if pitched and overhead is not None else storey.ceiling
     if overhead is None and not ((sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)).any():
         raise NothingToReconstructError(no_walls(len(levelled.points), **seen))
@@ -95,7 +96,7 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     near = ev.rows_within(points, np.array([*low, floor - 0.1]), np.array([*high, top]))
     sensor = known_positions(levelled.trajectory, gps_time, near)
     points = rows_of(points, near) if len(near) < len(points) else points
-    filled = ev.fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
+    filled = fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):
         raise NothingToReconstructError(no_walls(len(levelled.points), **seen))

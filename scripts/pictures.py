@@ -30,6 +30,7 @@ from indoor_bim.methods import METHODS
 from indoor_bim.model import Storey
 from indoor_bim.params import Params
 from indoor_bim.plan import evidence as ev
+from indoor_bim.plan.overhead import fill_nearest, overhead_surface
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.scanner_path import sensor_positions
 from indoor_bim.plan.strips import BELOW_CEILING, sweep
@@ -121,14 +122,14 @@ def evidence(levelled: LevelledCloud, sensor: np.ndarray | None, around: Window)
     """All points in plan, the ceiling, and the walls right below it."""
     storey = levelled.storeys[0]
     floor, top = storey.floor or 0.0, (storey.ceiling or 2.5) + 0.15
-    overhead = ev.overhead_surface(thin(levelled.points), floor=floor, top=top)
+    overhead = overhead_surface(thin(levelled.points), floor=floor, top=top)
     if overhead is None:
         raise SystemExit("the scan shows no ceiling")
     spots = overhead.centre(np.argwhere(~np.isnan(overhead.image)))
     low, high = spots.min(axis=0) - 1.2, spots.max(axis=0) + 1.2
     near = ((levelled.points[:, :2] > low) & (levelled.points[:, :2] < high)).all(axis=1) & (levelled.points[:, 2] < top)
     points, seen_from = levelled.points[near], None if sensor is None else sensor[near]
-    filled = ev.fill_nearest(overhead)
+    filled = fill_nearest(overhead)
     candidates = ev.wall_points(points, seen_from, filled, floor=floor)
     hits, column = ev.overhead_hits(points, candidates, filled, low=low, high=high, cell=0.025)
     density = ev.local_density(hits.image, ~column, cell=0.025)

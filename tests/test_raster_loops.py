@@ -5,6 +5,7 @@ import pytest
 from scipy import ndimage
 
 from indoor_bim.plan import evidence as ev
+from indoor_bim.plan import overhead
 from indoor_bim.plan.raster import Raster
 
 
@@ -103,8 +104,8 @@ def test_surface_overhead_of_many_points_is_that_of_few(sloped, monkeypatch):
     points = rng.uniform([0, 0, 0], [8, 5, 3], (60_000, 3))
     points[:30_000, 2] = 2.5 + rng.normal(0, 0.004, 30_000) + (0.7 * points[:30_000, 0] if sloped else 0.0)
     surface = {"floor": 0.0, "top": 9.0, "sloped": sloped}
-    many = ev.overhead_surface(points, **surface)
-    monkeypatch.setattr(ev, "FEW_POINTS", len(points))
-    few = ev.overhead_surface(points, **surface)
+    many = overhead.overhead_surface(points, **surface)
+    monkeypatch.setattr(overhead, "FEW_POINTS", len(points))
+    few = overhead.overhead_surface(points, **surface)
     np.testing.assert_allclose(many.image, few.image, rtol=0, atol=1e-12)
     assert np.isfinite(few.image).mean() > 0.5

@@ -1,4 +1,4 @@
-"""Means and moments of groups of points: the compiled inner loop of `evidence.overhead_surface`."""
+"""Means and moments of groups of points: the compiled inner loop of `overhead.overhead_surface`."""
 
 from __future__ import annotations
 

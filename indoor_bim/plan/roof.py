@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.evidence import overhead_surface
+from indoor_bim.plan.overhead import overhead_surface
 from indoor_bim.plan.raster import Raster
 
 Floats = NDArray[np.float64]
