@@ -104,3 +104,9 @@ def test_what_stands_low_before_a_wall_is_no_double():
     lines = lines_between(((0, 0), (12, 0)), ((4, 0.05), (8, 0.05)))
     rail = surface(4, 8, 0.05) * [1, 1, 0.4]
     assert largest_double(lines, candidates(surface(0, 12, 0.0), rail)) == 0.0
+
+
+def test_a_few_points_before_a_wall_are_no_double():
+    lines = lines_between(((0, 0), (12, 0)), ((4, 0.05), (8, 0.05)))
+    strays = surface(4, 8, 0.05, density=90.0, seed=1)
+    assert largest_double(lines, candidates(surface(0, 12, 0.0), strays)) == 0.0
