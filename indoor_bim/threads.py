@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def threads_for(points: int) -> int:
 
 
 def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, threads: int) -> list[Outcome]:
-    """Outcomes of `work` for every item, in the order of the items.
+    """Outcomes of `work` for every item, in the order of the items; the calling thread works too.
 
     Parameters
     ----------
@@ -34,11 +35,16 @@ def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, thread
     items : sequence
         Items.
     threads : int
-        Number of threads; 1: none is started.
+        Number of threads, this one among them.
 
     Returns
     -------
     list
+
+    Raises
+    ------
+    Exception
+        The first that the work raised, in the order of the items.
 
     Examples
     --------
@@ -47,8 +53,35 @@ def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, thread
     """
     if threads < 2 or len(items) < 2:
         return [work(item) for item in items]
-    with ThreadPoolExecutor(threads) as pool:
-        return list(pool.map(work, items))
+    done: dict[int, Outcome] = {}
+    failed: dict[int, Exception] = {}
+    waiting = iter(range(len(items)))
+
+    def work_on() -> None:
+        for place in waiting:
+            try:
+                done[place] = work(items[place])
+            except Exception as error:
+                failed[place] = error
+
+    helpers = [_helpers(threads_for(MOST_THREADS * POINTS_PER_THREAD)).submit(work_on) for _ in range(min(threads, len(items)) - 1)]
+    try:
+        work_on()
+    finally:
+        for _ in waiting:  # none is left, unless the work was interrupted
+            pass
+        for helper in helpers:
+            if not helper.cancel():
+                helper.result()
+    if failed:
+        raise failed[min(failed)]
+    return [done[place] for place in range(len(items))]
+
+
+@cache
+def _helpers(threads: int) -> ThreadPoolExecutor:
+    """Threads that stand by for whoever has work; a caller whose helpers are busy elsewhere does all of it itself."""
+    return ThreadPoolExecutor(max(threads - 1, 1))
 
 
 def even_slices(length: int, count: int) -> list[slice]:

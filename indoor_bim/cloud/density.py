@@ -18,7 +18,9 @@ from indoor_bim.cloud.hash_slots import FREE
 
 Array = NDArray[Any]
 
-FIRST_CUBES, FIRST_POINTS = 1 << 14, 1 << 20
+FIRST_CUBES = 1 << 15
+LEAST_ROOM, MOST_ROOM = 1 << 20, 1 << 24
+"""Points that there is room for at first; what is not used of the room takes no memory."""
 SPARE = 3
 """While they are added, as many times the points may be stored as may be kept in the end."""
 
@@ -44,13 +46,13 @@ class DensitySample:
         self.limit, self.most = limit, limit.per_cube
         self._per_side = 1.0 / np.asarray(side, dtype=np.float64)
         self._state = np.zeros(loops.STATE, dtype=np.int64)
-        self._keys: Array = np.zeros(FIRST_CUBES, dtype=np.int64)
-        self._cubes: Array = np.zeros((FIRST_CUBES, loops.COUNTS), dtype=np.int32)
-        self._slots: Array = self._numbered()
-        self._level: Array = np.zeros(FIRST_POINTS, dtype=np.uint8)
-        self._cube_of: Array = np.zeros(FIRST_POINTS, dtype=np.int32)
-        self._steps: Array = np.zeros((FIRST_POINTS, 3), dtype=np.int32)
-        self._attributes: dict[str, Array] = {name: np.zeros(FIRST_POINTS, dtype=kind) for name, kind in names.items()}
+        self._counts: Array = np.zeros((FIRST_CUBES, loops.COUNTS), dtype=np.int32)
+        self._slots: Array = _free_slots(FIRST_CUBES)
+        room = min(max(2 * SPARE * limit.points, LEAST_ROOM), MOST_ROOM)
+        self._level: Array = np.zeros(room, dtype=np.uint8)
+        self._cube_of: Array = np.zeros(room, dtype=np.int32)
+        self._steps: Array = np.zeros((room, 3), dtype=np.int32)
+        self._attributes: dict[str, Array] = {name: np.zeros(room, dtype=kind) for name, kind in names.items()}
 
     def add(self, steps: NDArray[np.int32], attributes: dict[str, Array]) -> None:
         """Add points.
@@ -67,12 +69,12 @@ class DensitySample:
         TooManyCubesError
             If even `least_per_cube` points of each cube are too many.
         """
-        steps, done, state = np.ascontiguousarray(steps), 0, self._state
-        row = np.zeros(len(steps), dtype=np.int64)
+        done, state = 0, self._state
+        row = np.zeros(len(steps), dtype=np.int32)
         while done < len(steps):
             before = int(state[2])
             loops.add(
-                *(steps, self._per_side, self.most, done, state, self._slots, self._keys, self._cubes),
+                *(steps, self._per_side, self.most, done, state, self._slots, self._counts),
                 *(self._level, self._cube_of, self._steps, row),
             )
             for name, values in self._attributes.items():
@@ -93,7 +95,7 @@ class DensitySample:
         """
         while True:
             halvings = self._halvings()
-            loops.spread(int(self._state[1]), self._keys, self._slots, self._cubes, halvings)
+            loops.spread(self._slots, halvings)
             if loops.count_passing(int(self._state[2]), halvings, self._level, self._cube_of) <= self.limit.points:
                 break
             self._halve()
@@ -101,40 +103,43 @@ class DensitySample:
         return self._steps[:left], {name: values[:left].copy() for name, values in self._attributes.items()}
 
     def _halvings(self) -> NDArray[np.uint8]:
-        return self._cubes[: self._state[1], loops.HALVINGS].astype(np.uint8)
+        halvings = np.zeros(self._state[1], dtype=np.uint8)
+        loops.halvings_of(self._slots, halvings)
+        return halvings
 
     def _halve(self) -> None:
         if self.most < 2 * self.limit.least_per_cube:
             raise TooManyCubesError
         self.most //= 2
-        self._state[3] = loops.halve_all(int(self._state[1]), self._cubes, self.most)
+        self._state[3] = loops.halve_all(self._slots, self._counts, self.most)
 
     def _drop(self, halvings: NDArray[np.uint8]) -> int:
         """Leave out the stored points that do not pass so many halvings of their cubes; returns how many do."""
         seen = int(self._state[2])
-        passes = np.zeros(seen, dtype=np.bool_)
-        left = int(loops.drop(seen, halvings, self._level, self._cube_of, self._steps, passes))
+        rows = np.zeros(seen, dtype=np.int32)
+        left = int(loops.drop(seen, halvings, self._level, self._cube_of, self._steps, rows))
         for values in self._attributes.values():
-            values[:left] = values[:seen][passes]
+            values[:left] = values.take(rows[:left])
         self._state[2] = left
         return left
 
     def _make_room(self) -> None:
         """Room for more cubes, and for more points: by dropping those that do not stay, or else by wider arrays."""
-        if self._state[1] == len(self._keys):
-            self._keys, self._cubes = _wider(self._keys), _wider(self._cubes)
-            self._slots = self._numbered()
+        if self._state[1] + loops.BLOCK > len(self._counts):
+            self._counts, slots = _wider(self._counts), _free_slots(2 * len(self._counts))
+            loops.move_slots(self._slots, slots)
+            self._slots = slots
         stored = int(self._state[2])
-        if stored == len(self._level) and self._drop(self._halvings()) > 0.7 * stored:
+        if stored + loops.BLOCK > len(self._level) and self._drop(self._halvings()) > 0.7 * stored:
             self._level, self._cube_of, self._steps = _wider(self._level), _wider(self._cube_of), _wider(self._steps)
             self._attributes = {name: _wider(values) for name, values in self._attributes.items()}
 
-    def _numbered(self) -> Array:
-        """Table of the cubes with room for twice as many as there are places for."""
-        slots = np.zeros((2 * len(self._keys), 2), dtype=np.int64)
-        slots[:, 0] = FREE
-        loops.number_slots(int(self._state[1]), self._keys, slots)
-        return slots
+
+def _free_slots(cubes: int) -> Array:
+    """Table with room for twice as many cubes."""
+    slots = np.zeros((2 * cubes, 4), dtype=np.int64)
+    slots[:, loops.KEY] = FREE
+    return slots
 
 
 def _wider(values: Array) -> Array:

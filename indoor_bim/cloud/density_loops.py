@@ -9,15 +9,19 @@ from indoor_bim.cloud.hash_slots import FOLD, FREE, HASH, HIGH, ONE
 from indoor_bim.compiled import compiled, inlined
 
 MOST_HALVINGS = 24
+BLOCK = 256
+"""Points that are looked up together, so that the processor waits for the memory of all of them at once."""
 STATE = 4
 """Numbers that `add` hands back: points done, cubes, points stored, sum over the cubes of points up to the most that one keeps."""
-SEEN, KEPT, HALVINGS, BY_LEVEL = 0, 1, 2, 3
-"""What is counted of a cube: points seen, points kept, halvings, and the kept points of each level."""
+KEY, CUBE, SEEN, HALVINGS = 0, 1, 2, 3
+"""What a slot holds of a cube: its key, its row of the counts, points seen, halvings."""
+KEPT, BY_LEVEL = 0, 1
+"""What is counted of a cube: points kept, and those of each level."""
 COUNTS = 32
 
-_steps = types.Array(types.int32, 2, "C", readonly=True)
+_steps = types.Array(types.int32, 2, "A", readonly=True, aligned=False)
 _table, _slots = types.Array(types.int32, 2, "C"), types.Array(types.int64, 2, "C")
-_i64, _i32, _u8, _bool = (types.Array(kind, 1, "C") for kind in (types.int64, types.int32, types.uint8, types.bool_))
+_i64, _i32, _u8 = (types.Array(kind, 1, "C") for kind in (types.int64, types.int32, types.uint8))
 _f64 = types.Array(types.float64, 1, "C")
 
 
@@ -55,79 +59,97 @@ def _level(word):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _halve(cubes, cube, most):  # type: ignore[no-untyped-def]
+def _halve(slots, slot, counts, most):  # type: ignore[no-untyped-def]
     """Halve the share of points that a cube keeps until they are few enough."""
-    kept, halvings = cubes[cube, KEPT], cubes[cube, HALVINGS]
+    cube, halvings = slots[slot, CUBE], slots[slot, HALVINGS]
+    kept = counts[cube, KEPT]
     while kept > most and halvings < MOST_HALVINGS:
-        kept -= cubes[cube, BY_LEVEL + halvings]
+        kept -= counts[cube, BY_LEVEL + halvings]
         halvings += 1
-    cubes[cube, KEPT], cubes[cube, HALVINGS] = kept, halvings
+    counts[cube, KEPT], slots[slot, HALVINGS] = kept, halvings
 
 
 @inlined
-def _slot(key, slots):  # type: ignore[no-untyped-def]
-    """Row of the slots that holds the key, or the free one where it belongs."""
-    wrap, word = np.uint64(len(slots) - 1), np.uint64(key)
-    slot = (((word ^ word >> FOLD) * HASH) >> HIGH) & wrap
-    while slots[slot, 0] != key and slots[slot, 0] != FREE:
+def _first_slot(key, slots):  # type: ignore[no-untyped-def]
+    """Row of the slots where the search for a key begins."""
+    word = np.uint64(key)
+    return (((word ^ word >> FOLD) * HASH) >> HIGH) & np.uint64(len(slots) - 1)
+
+
+@inlined
+def _slot_from(slot, key, slots):  # type: ignore[no-untyped-def]
+    """Row of the slots, from the given one on, that holds the key, or the free one where it belongs."""
+    wrap = np.uint64(len(slots) - 1)
+    there = slots[slot, KEY]
+    while there != key and there != FREE:
         slot = (slot + ONE) & wrap
+        there = slots[slot, KEY]
     return slot
 
 
-@compiled(_steps, _f64, types.int64, types.int64, _i64, _slots, _i64, _table, _u8, _i32, _table, _i64)
-def add(steps, per_side, most, start, state, slots, keys, cubes, level, cube_of, stored, row):  # type: ignore[no-untyped-def]
-    """Add points until there is no room for another cube or point; `state` says how far it went."""
+@compiled(_steps, _f64, types.int64, types.int64, _i64, _slots, _table, _u8, _i32, _table, _i32)
+def add(steps, per_side, most, start, state, slots, counts, level, cube_of, stored, row):  # type: ignore[no-untyped-def]
+    """Add points until there is no room for another block of cubes or points; `state` says how far it went."""
     used, points, bounded = state[1], state[2], state[3]
-    done = len(steps)
-    for n in range(start, len(steps)):
-        if points == len(level) or used == len(cubes):
-            done = n
-            break
-        x, y, z = steps[n, 0], steps[n, 1], steps[n, 2]
-        i, j, k = np.floor((x + 0.5) * per_side[0]), np.floor((y + 0.5) * per_side[1]), np.floor((z + 0.5) * per_side[2])
-        key = _key(i, j, k)
-        slot = _slot(key, slots)
-        if slots[slot, 0] == FREE:
-            slots[slot, 0], slots[slot, 1], keys[used] = key, used, key
-            cubes[used] = 0
-            used += 1
-        cube = slots[slot, 1]
-        cubes[cube, SEEN] += 1
-        bounded += cubes[cube, SEEN] <= most
-        survived = _level(_mixed(x, y, z))
-        if survived < cubes[cube, HALVINGS]:
-            continue
-        level[points], cube_of[points], row[points - state[2]] = survived, cube, n
-        stored[points, 0], stored[points, 1], stored[points, 2] = x, y, z
-        points += 1
-        cubes[cube, BY_LEVEL + survived] += 1
-        cubes[cube, KEPT] += 1
-        if cubes[cube, KEPT] > most:
-            _halve(cubes, cube, most)
-    state[0], state[1], state[2], state[3] = done, used, points, bounded
+    first, here = points, start
+    keys, slot_of = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.uint64)
+    survived, passing = np.zeros(BLOCK, np.int64), np.zeros(BLOCK + 1, np.int64)
+    while here < len(steps) and points + BLOCK <= len(level) and used + BLOCK <= len(counts):
+        block = min(BLOCK, len(steps) - here)
+        for n in range(block):
+            x, y, z = steps[here + n, 0], steps[here + n, 1], steps[here + n, 2]
+            i, j, k = np.floor((x + 0.5) * per_side[0]), np.floor((y + 0.5) * per_side[1]), np.floor((z + 0.5) * per_side[2])
+            key = _key(i, j, k)
+            keys[n], slot_of[n], survived[n] = key, _first_slot(key, slots), _level(_mixed(x, y, z))
+        found = 0
+        for n in range(block):
+            slot = _slot_from(slot_of[n], keys[n], slots)
+            if slots[slot, KEY] == FREE:
+                slots[slot, KEY], slots[slot, CUBE] = keys[n], used
+                used += 1
+            seen = slots[slot, SEEN] + 1
+            slots[slot, SEEN] = seen
+            bounded += seen <= most
+            slot_of[n], passing[found] = slot, n
+            found += survived[n] >= slots[slot, HALVINGS]
+        for m in range(found):
+            n = passing[m]
+            slot = slot_of[n]
+            if survived[n] < slots[slot, HALVINGS]:  # since this block began
+                continue
+            cube = slots[slot, CUBE]
+            level[points], cube_of[points], row[points - first] = survived[n], cube, here + n
+            for axis in range(3):
+                stored[points, axis] = steps[here + n, axis]
+            points += 1
+            counts[cube, BY_LEVEL + survived[n]] += 1
+            counts[cube, KEPT] += 1
+            if counts[cube, KEPT] > most:
+                _halve(slots, slot, counts, most)
+        here += block
+    state[0], state[1], state[2], state[3] = here, used, points, bounded
 
 
-@compiled(types.int64, _table, types.int64)
-def halve_all(used, cubes, most):  # type: ignore[no-untyped-def]
+@compiled(_slots, _table, types.int64)
+def halve_all(slots, counts, most):  # type: ignore[no-untyped-def]
     """Halve in all cubes for a new limit; returns the sum over the cubes of points up to it."""
     bounded = 0
-    for cube in range(used):
-        bounded += min(np.int64(cubes[cube, SEEN]), most)
-        _halve(cubes, cube, most)
+    for slot in range(len(slots)):
+        if slots[slot, KEY] != FREE:
+            bounded += min(slots[slot, SEEN], most)
+            _halve(slots, slot, counts, most)
     return bounded
 
 
-@compiled(types.int64, _u8, _u8, _i32, _table, _bool)
-def drop(points, halvings, level, cube_of, stored, passes):  # type: ignore[no-untyped-def]
-    """Move the points that pass so many halvings of their cubes up, and note which do; returns how many there are."""
+@compiled(types.int64, _u8, _u8, _i32, _table, _i32)
+def drop(points, halvings, level, cube_of, stored, rows):  # type: ignore[no-untyped-def]
+    """Move the points that pass so many halvings of their cubes up, and note where they were; returns how many there are."""
     left = 0
     for place in range(points):
-        cube = cube_of[place]
-        passes[place] = level[place] >= halvings[cube]
-        if passes[place]:
-            level[left], cube_of[left] = level[place], cube
-            stored[left, 0], stored[left, 1], stored[left, 2] = stored[place, 0], stored[place, 1], stored[place, 2]
-            left += 1
+        cube, survived = cube_of[place], level[place]
+        level[left], cube_of[left], rows[left] = survived, cube, place
+        stored[left, 0], stored[left, 1], stored[left, 2] = stored[place, 0], stored[place, 1], stored[place, 2]
+        left += survived >= halvings[cube]
     return left
 
 
@@ -140,25 +162,33 @@ def count_passing(points, halvings, level, cube_of):  # type: ignore[no-untyped-
     return count
 
 
-@compiled(types.int64, _i64, _slots)
-def number_slots(used, keys, slots):  # type: ignore[no-untyped-def]
-    """Put the keys of all cubes into free slots."""
-    for cube in range(used):
-        slot = _slot(keys[cube], slots)
-        slots[slot, 0], slots[slot, 1] = keys[cube], cube
+@compiled(_slots, _slots)
+def move_slots(slots, wider):  # type: ignore[no-untyped-def]
+    """Move all cubes to a table with free slots."""
+    for old in range(len(slots)):
+        if slots[old, KEY] != FREE:
+            wider[_slot_from(_first_slot(slots[old, KEY], wider), slots[old, KEY], wider)] = slots[old]
 
 
-@compiled(types.int64, _i64, _slots, _table, _u8)
-def spread(used, keys, slots, cubes, out):  # type: ignore[no-untyped-def]
+@compiled(_slots, _u8)
+def halvings_of(slots, out):  # type: ignore[no-untyped-def]
+    """Halvings of each cube."""
+    for slot in range(len(slots)):
+        if slots[slot, KEY] != FREE:
+            out[slots[slot, CUBE]] = slots[slot, HALVINGS]
+
+
+@compiled(_slots, _u8)
+def spread(slots, out):  # type: ignore[no-untyped-def]
     """Most halvings of each cube and the cubes around it."""
-    for cube in range(used):
-        halvings = cubes[cube, HALVINGS]
-        if halvings == 0:
+    for middle in range(len(slots)):
+        halvings = slots[middle, HALVINGS]
+        if slots[middle, KEY] == FREE or halvings == 0:
             continue
-        i, j, k = keys[cube] >> 42, keys[cube] >> 21 & 0x1FFFFF, keys[cube] & 0x1FFFFF
+        i, j, k = slots[middle, KEY] >> 42, slots[middle, KEY] >> 21 & 0x1FFFFF, slots[middle, KEY] & 0x1FFFFF
         for step in range(27):
             key = _key(i + step // 9 - 1, j + step // 3 % 3 - 1, k + step % 3 - 1)
-            slot = _slot(key, slots)
-            if slots[slot, 0] != FREE:
-                other = slots[slot, 1]
-                out[other] = max(out[other], halvings)
+            slot = _slot_from(_first_slot(key, slots), key, slots)
+            if slots[slot, KEY] != FREE:
+                other = slots[slot, CUBE]
+                out[other] = max(np.int64(out[other]), halvings)
