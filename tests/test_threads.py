@@ -48,6 +48,6 @@ def test_the_first_error_in_the_order_of_the_items_is_raised():
             raise ValueError(item)
         done.append(item)
 
-    with pytest.raises(ValueError, match="^1$"):
+    with pytest.raises(ValueError, match=r"^1$"):
         in_threads(fails_at_odd, range(6), threads=3)
     assert sorted(done) == [0, 2, 4]
