@@ -207,6 +207,17 @@ def test_a_storey_reaches_as_far_as_its_ceiling_and_not_to_a_facade_across_the_s
     assert np.allclose(high, [13.2, 6.2], atol=0.2)
 
 
+def test_many_points_off_the_lines_are_told_as_few_are():
+    rng = np.random.default_rng(4)
+    xy, rise = rng.uniform(0, 3, (30_000, 2)), rng.uniform(0.5, 1, 30_000)
+    points = WallPoints(xy, rise, np.full(30_000, 0.3), None)
+    angle = np.array([0.0, 1.1, 2.0])
+    lines = FaceLines(angle, np.array([1.0, 0.5, -2.0]), np.full(3, -0.5), np.full(3, 1.5), np.full(3, 0.01), np.arange(3))
+    few = np.vstack([unexplained(points.take(part), lines).xy for part in np.array_split(np.arange(30_000), 4)])
+    assert 0 < len(few) < (rise > 0.8).sum()
+    assert np.array_equal(unexplained(points, lines).xy, few)
+
+
 def test_low_walls_leave_nothing_unexplained():
     low = wall((0, 0), (5, 0), density=500, seen_from=(2.5, -2), high=1.2)
     assert len(unexplained(low, FaceLines.none())) == 0

@@ -72,12 +72,14 @@ def point_spacing(points: ArrayLike, *, sample_size: int = 100_000) -> float:
     """
     from scipy.spatial import cKDTree
 
+    from indoor_bim.threads import threads_for
+
     xyz = _blocks(np.asarray(points, dtype=np.float64), sample_size)
     xyz = xyz[np.lexsort(xyz.T)]
     xyz = xyz[np.append(True, (xyz[1:] != xyz[:-1]).any(axis=1))] if len(xyz) else xyz
     if len(xyz) < 2:
         return float("nan")
-    distance, _ = cKDTree(xyz, balanced_tree=False).query(xyz, k=2)
+    distance, _ = cKDTree(xyz, balanced_tree=False).query(xyz, k=2, workers=threads_for(len(xyz)))
     return float(np.median(distance[:, 1]))
 
 

@@ -12,6 +12,7 @@ from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud.hash_slots import FOLD, FREE, HASH, HIGH, ONE, slot_of
+from indoor_bim.cloud.key_order import order_of
 from indoor_bim.cloud.tiles import BEGIN, CHAIN_TYPES, COUNT, END, FIRST_RUN, LONGEST_RUN, NEXT, SHARED, load, most_points, sort_into_tiles
 from indoor_bim.compiled import compiled, inlined
 from indoor_bim.threads import even_slices, in_threads, threads_for
@@ -113,7 +114,7 @@ def _sums_by_voxel(
 
     shares = in_threads(add, tiles.shares(threads), threads=threads)
     keys, count, mean = (np.concatenate([share[k] for share in shares]) for k in range(3))
-    order = np.argsort(keys)
+    order = order_of(keys)
     ordered = np.zeros_like(mean)
     in_threads(
         lambda part: mean.take(order[part], axis=0, out=ordered[part], mode="clip"), even_slices(len(order), threads), threads=threads

@@ -8,10 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.arc_fit import Arc, circle_through, fit_arc, longest_run
-from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.evidence import FEW_POINTS, WallPoints
 from indoor_bim.plan.face_lines import FaceLines
-from indoor_bim.plan.grouping import group_keys
-from indoor_bim.plan.strips import height_layers
+from indoor_bim.plan.strips import BELOW_CEILING, CLEARANCE, height_layers
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -26,6 +25,12 @@ WIDEST_GAP = 1.3
 """Longest gap in a curved wall, metres: a door."""
 SMALLEST_RADIUS, LARGEST_RADIUS = 0.5, 30.0
 """Radii of walls, metres: what is smaller is a column, and what is larger a straight wall in a map that bends."""
+
+
+SPARSE = 16
+"""Cells for each point, above which only those that are filled are numbered."""
+STEPS = 1e6
+"""Steps of a micrometre in a metre; sums of whole steps do not depend on their order."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -88,14 +93,8 @@ def wall_spots(points: WallPoints, *, reach: float = 0.10, fewest: int = 5) -> S
 
     if not len(points):
         return Spots(np.zeros((0, 2)), np.zeros((0, 2)))
-    cell = np.floor(points.xy / CELL).astype(np.int64)
-    cell -= cell.min(axis=0)
-    layer = height_layers(points)
-    _, group, count = group_keys(cell[:, 0] * (cell[:, 1].max() + 1) + cell[:, 1])
-    xy = np.column_stack([np.bincount(group, weights=np.rint(points.xy[:, k] * 1e6)) / count * 1e-6 for k in range(2)])
-    layers = np.zeros(len(count), dtype=np.int64)
-    np.bitwise_or.at(layers, group, np.int64(1) << layer)
-    xy = xy[np.bitwise_count(layers) >= 2]
+    count, hit, sums = _sums_in_cells(points)
+    xy = (sums / count[:, None] / STEPS)[np.bitwise_count(hit) >= 2]
     if not len(xy):
         return Spots(xy, xy)
     first, second = cKDTree(xy).query_pairs(reach, output_type="ndarray").T
@@ -109,6 +108,27 @@ def wall_spots(points: WallPoints, *, reach: float = 0.10, fewest: int = 5) -> S
     angle = 0.5 * np.arctan2(2 * both, xx - yy)
     told = (near >= fewest) & (minor < 0.25 * major) & (major > (0.4 * reach) ** 2)
     return Spots(xy[told], np.column_stack([np.cos(angle), np.sin(angle)])[told])
+
+
+def _sums_in_cells(points: WallPoints) -> tuple[NDArray[np.int64], NDArray[np.int64], Floats]:
+    """Number of points, bits of the height layers that they hit, and sums of their whole steps, of every cell that holds points."""
+    corners = np.floor(points.corners / CELL).astype(np.int64)
+    columns, rows = (int(side) for side in corners[1] - corners[0] + 1)
+    if len(points) > FEW_POINTS and columns * rows < SPARSE * len(points):
+        from indoor_bim.plan.spot_loops import sum_in_cells
+
+        count, hit, sums = np.zeros(columns * rows, dtype=np.int64), np.zeros(columns * rows, dtype=np.int64), np.zeros((columns * rows, 2))
+        strips = BELOW_CEILING
+        layering = (strips.even, strips.layers, strips.fine_height, CLEARANCE)
+        xy, rise, depth = (np.ascontiguousarray(values) for values in (points.xy, points.rise, points.depth))
+        sum_in_cells(xy, rise, depth, CELL, STEPS, *corners[0], rows, *layering, count, hit, sums)
+        filled = np.flatnonzero(count)
+        return count[filled], hit[filled], sums[filled]
+    cell = np.floor(points.xy / CELL).astype(np.int64) - corners[0]
+    _, group, count = np.unique(cell[:, 0] * rows + cell[:, 1], return_inverse=True, return_counts=True)
+    hit = np.zeros(len(count), dtype=np.int64)
+    np.bitwise_or.at(hit, group, np.int64(1) << height_layers(points))
+    return count, hit, np.column_stack([np.bincount(group, weights=np.rint(values * STEPS)) for values in points.xy.T])
 
 
 def explained_by_straight_lines(spots: Spots, lines: FaceLines, *, near: float = 0.04, shortest: float = 1.0, bow: float = 0.015) -> Bools:

@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.evidence import FEW_POINTS, WallPoints
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.strips import height_layers
 
 Floats = NDArray[np.float64]
+
+PAST = 0.1
+"""Points so far past the ends of a line still lie on it, metres."""
 
 
 def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upper: float = 0.8) -> WallPoints:
@@ -26,14 +29,18 @@ def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upp
     upper : float
         Share of the height above which points count.
     """
-    high = points.take(np.flatnonzero(points.rise > upper))
-    if not len(high):
-        return high
-    free = np.ones(len(high), dtype=bool)
-    for direction, normal, offset, start, end in zip(lines.direction, lines.normal, lines.offset, lines.start, lines.end, strict=True):
-        along = high.xy @ direction
-        free &= (np.abs(high.xy @ normal - offset) > near) | (along < start - 0.1) | (along > end + 0.1)
-    return high.take(np.flatnonzero(free))
+    table = np.column_stack([lines.direction, lines.normal, lines.offset, lines.start, lines.end]).astype(np.float64)
+    if len(points) > FEW_POINTS:
+        from indoor_bim.plan.oblique_loops import off_lines
+
+        rows = np.zeros(len(points), dtype=np.int64)
+        return points.take(rows[: off_lines(np.ascontiguousarray(points.xy), points.rise, upper, table, near, PAST, rows)])
+    high = np.flatnonzero(points.rise > upper)
+    xy, free = points.xy.take(high, axis=0), np.ones(len(high), dtype=bool)
+    for dx, dy, nx, ny, offset, start, end in table:
+        along, across = xy @ np.array([dx, dy]), xy @ np.array([nx, ny]) - offset
+        free &= (np.abs(across) > near) | (along < start - PAST) | (along > end + PAST)
+    return points.take(high[free])
 
 
 def other_directions(points: WallPoints, *, cell: float = 0.40, least: float = 0.4, most: int = 6) -> list[float]:

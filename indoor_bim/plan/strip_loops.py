@@ -31,6 +31,13 @@ def turned_bounds(xy, cosine, sine):  # type: ignore[no-untyped-def]
     return u0, v0, u1, v1
 
 
+@inlined
+def layer_of(rise, depth, even, layers, fine_height, clearance):  # type: ignore[no-untyped-def]
+    """Height layer of a point: fine ones right below the overhead surface, even ones from the floor up to these."""
+    layer = layers - 1 - int(np.floor((depth - clearance) / fine_height))
+    return min(layer, layers - 1) if layer >= even else min(max(int(rise * even), 0), even - 1)
+
+
 @compiled(
     *(_points, _points, _values, _values, types.float64, types.float64, types.float64, types.float64),
     *(types.float64, types.float64, types.int64, types.int64, types.float64, types.float64, _volume),
@@ -42,9 +49,7 @@ def set_layers(  # type: ignore[no-untyped-def]
     for i in range(len(xy)):
         x, y = xy[i, 0], xy[i, 1]
         u, v = int((x * cosine + y * sine - low_u) / along), int((x * -sine + y * cosine - low_v) / across)
-        layer = layers - 1 - int(np.floor((depth[i] - clearance) / fine_height))
-        layer = min(layer, layers - 1) if layer >= even else min(max(int(rise[i] * even), 0), even - 1)
-        bit = ONE << np.uint32(layer)
+        bit = ONE << np.uint32(layer_of(rise[i], depth[i], even, layers, fine_height, clearance))
         if len(sensor) == 0:
             masks[0, u, v] |= bit
             masks[1, u, v] |= bit
