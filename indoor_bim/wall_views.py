@@ -19,7 +19,7 @@ from indoor_bim.plan.relief import Relief, level_faces
 from indoor_bim.plan.scanner_path import path_periods, sensor_positions
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture, cell_size, draw_picture, picture_shape
-from indoor_bim.plan.wall_points import places_at_wall, rays_from_points, rows_at_walls
+from indoor_bim.plan.wall_points import PointsAround, points_around, rays_from_points
 from indoor_bim.plan.wall_rays import WallBox, WallRays, rays_at_walls
 from indoor_bim.threads import in_threads, threads_for
 
@@ -48,8 +48,8 @@ class WallView:
         Their picture.
     relief : tuple of Relief
         Relief of its faces.
-    around : ((n,), (n,), (n,)) float64
-        Points around it: along, across, up; metres.
+    around : PointsAround
+        Points around it.
     walked : tuple of float
         Places along it where the scanner was carried through, metres.
     scatter : float
@@ -65,7 +65,7 @@ class WallView:
     rays: WallRays
     picture: WallPicture
     relief: tuple[Relief, ...]
-    around: tuple[Floats, Floats, Floats]
+    around: PointsAround
     walked: tuple[float, ...]
     scatter: float
     tolerance: float
@@ -82,6 +82,7 @@ def each_wall(
     gps_time: Floats | None = None,
     intensity: NDArray | None = None,
     max_thickness: float = 0.60,
+    ahead: bool = False,
 ) -> list[Outcome]:
     """Do work on what the scan shows of each wall, several walls at once.
 
@@ -101,6 +102,8 @@ def each_wall(
         Strength of each return, in the unit of the scanner.
     max_thickness : float
         Thickest wall, metres: rays that end farther behind a wall seen from one side went through it.
+    ahead : bool
+        Whether the pictures show what stands before the walls as well.
 
     Returns
     -------
@@ -108,7 +111,7 @@ def each_wall(
         Outcomes of the work, in the order of the walls.
     """
     boxes = [WallBox(wall.axis[0], wall.axis[1], wall.thickness, wall.base, wall.height) for wall in storey.walls]
-    near = rows_at_walls(boxes, points, reach=LEAF_REACH)
+    around = points_around(boxes, points, reach=LEAF_REACH)
     blind = trajectory is None or gps_time is None or not _is_timed(trajectory, gps_time)
     if trajectory is None or gps_time is None or blind:
         all_rays: list[WallRays | None] = [None] * len(boxes)
@@ -117,11 +120,10 @@ def each_wall(
         all_rays = [*with_brightness(rays_at_walls(boxes, points, sensors, periods, intensity))]
 
     def outcome(k: int) -> Outcome:
-        around = places_at_wall(boxes[k], points, near[k])
-        view = _view(storey.walls[k], boxes[k], all_rays[k], around, walked=_walked_through(boxes[k], trajectory), thickest=max_thickness)
-        return work(view)
+        walked = _walked_through(boxes[k], trajectory)
+        return work(_view(storey.walls[k], all_rays[k], around[k], walked=walked, thickest=max_thickness, ahead=ahead))
 
-    order = sorted(range(len(boxes)), key=lambda k: -len(near[k]))  # what takes longest comes first, so that all threads end together
+    order = sorted(range(len(boxes)), key=lambda k: -len(all_rays[k] or ()))  # what takes longest comes first: all threads end together
     done = dict(zip(order, in_threads(outcome, order, threads=threads_for(len(points))), strict=True))
     return [done[k] for k in range(len(boxes))]
 
@@ -149,28 +151,25 @@ def wall_views(
     intensity : (n,) array, optional
         Strength of each return, in the unit of the scanner.
     """
-    return each_wall(lambda view: view, storey, points, trajectory=trajectory, gps_time=gps_time, intensity=intensity)
+    return each_wall(lambda view: view, storey, points, trajectory=trajectory, gps_time=gps_time, intensity=intensity, ahead=True)
 
 
 def _view(
-    wall: Wall,
-    box: WallBox,
-    traced: WallRays | None,
-    around: tuple[Floats, Floats, Floats],
-    *,
-    walked: tuple[float, ...],
-    thickest: float,
+    wall: Wall, traced: WallRays | None, around: PointsAround, *, walked: tuple[float, ...], thickest: float, ahead: bool
 ) -> WallView:
     """What rays, or points where there are none, show of a wall."""
-    blind = traced is None
-    rays = traced if traced is not None else rays_from_points(*around, thickness=wall.thickness, both_faces=wall.thickness_measured)
+    blind, box = traced is None, around.wall
+    rays = traced
+    if rays is None:
+        rays = rays_from_points(*around.within(), thickness=wall.thickness, both_faces=wall.thickness_measured)
     cell = cell_size(box, len(rays), largest=COARSEST_BLIND_CELL if blind else COARSEST_CELL)
     corrected, scatter, relief = level_faces(rays, cell=cell, shape=picture_shape(box, cell=cell))
     tolerance = float(np.clip(2.5 * scatter, FINEST_TOLERANCE, COARSEST_TOLERANCE))
     if not wall.thickness_measured:
         corrected = corrected.take(np.flatnonzero(corrected.side == _seen_side(corrected, tolerance=tolerance)))
     through_depth = wall.thickness + tolerance if wall.thickness_measured else thickest
-    picture = draw_picture(box, corrected, tolerance=tolerance, through_depth=through_depth, cell=cell, around=around)
+    before = around.within() if ahead else None
+    picture = draw_picture(box, corrected, tolerance=tolerance, through_depth=through_depth, cell=cell, around=before)
     return WallView(wall, box, corrected, picture, relief, around, walked, scatter, tolerance, through_depth, blind)
 
 
@@ -283,4 +282,4 @@ def write_wall_pictures(
             draft.write_bytes(picture_png(view))
         return path
 
-    return each_wall(written, storey, points, trajectory=trajectory, gps_time=gps_time)
+    return each_wall(written, storey, points, trajectory=trajectory, gps_time=gps_time, ahead=True)

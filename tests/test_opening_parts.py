@@ -16,7 +16,7 @@ from indoor_bim.plan.holes import Hole, _closed, _ninth_decile, find_holes
 from indoor_bim.plan.relief import level_faces
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture
-from indoor_bim.plan.wall_points import places_at_wall, rows_at_walls
+from indoor_bim.plan.wall_points import points_around
 from indoor_bim.plan.wall_rays import FRONT, MARGIN, WallBox, WallRays, rays_at_walls
 
 
@@ -63,8 +63,8 @@ def test_points_at_walls_are_those_of_a_plain_loop():
     rng = np.random.default_rng(9)
     walls = some_walls(rng)
     points = np.column_stack([rng.uniform(-9, 9, (3000, 2)), rng.uniform(-0.5, 3, 3000)])
-    for wall, rows in zip(walls, rows_at_walls(walls, points, reach=0.7), strict=True):
-        along, across, _ = places_at_wall(wall, points, rows)
+    for wall, around in zip(walls, points_around(walls, points, reach=0.7), strict=True):
+        along, across, up = around.within()
         d = (np.array(wall.end) - wall.start) / wall.length
         u, v = (points[:, :2] - wall.start) @ d, (points[:, :2] - wall.start) @ np.array([-d[1], d[0]])
         z = points[:, 2] - wall.base
@@ -73,6 +73,9 @@ def test_points_at_walls_are_those_of_a_plain_loop():
         )
         assert np.sort(along) == pytest.approx(np.sort(u[near]))
         assert np.sort(across) == pytest.approx(np.sort(v[near]))
+        within = (along > 1) & (along < 2.5) & (up > 0.4) & (up < 1.9)
+        assert [part.tolist() for part in around.within(1, 2.5, 0.4, 1.9)] == [part[within].tolist() for part in (along, across, up)]
+        assert [len(part) for part in around.within(2, 1)] == [0, 0, 0]
 
 
 @settings(max_examples=60, deadline=None)

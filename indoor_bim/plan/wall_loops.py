@@ -13,7 +13,6 @@ _points = types.Array(types.float64, 2, "C", readonly=True)
 _wall = types.Array(types.float64, 1, "C", readonly=True)
 _rows, _names = types.Array(types.int32, 1, "C"), types.Array(types.int16, 1, "C")
 _table = types.Array(types.float32, 2, "C")
-_places = types.Array(types.float64, 2, "C")
 _ints = types.Array(types.int64, 1, "C")
 _f64, _f32 = types.float64, types.float32
 _sides, _float32s = types.Array(types.int8, 1, "A", readonly=True), types.Array(types.float32, 1, "A", readonly=True)
@@ -99,36 +98,6 @@ def ray_fields(points, sensors, rows, wall, fields):  # type: ignore[no-untyped-
         fields[6, k], fields[7, k] = v, low + rise
         fields[8, k] = (begin - end) / max(length, 1e-9)
         fields[9, k] = length
-
-
-@compiled(_points, _points, _f64, _f64, _rows, _names)
-def points_of_walls(points, walls, reach, margin, rows, names):  # type: ignore[no-untyped-def]
-    """Write the numbers of points and of the walls that they are close to, as `rays_of_walls` does."""
-    found = 0
-    for i in range(len(points)):
-        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
-        for w in range(len(walls)):
-            x, y, dx, dy = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3]
-            if not abs((py - y) * dx - (px - x) * dy) < walls[w, 4] + reach:
-                continue
-            along = (px - x) * dx + (py - y) * dy
-            up = pz - walls[w, 6]
-            if along > -margin and along < walls[w, 5] + margin and up > -margin and up < walls[w, 7] + margin:
-                if found < len(rows):
-                    rows[found], names[found] = i, w
-                found += 1
-    return found
-
-
-@compiled(_points, _rows, _wall, _places)
-def point_places(points, rows, wall, places):  # type: ignore[no-untyped-def]
-    """Along, across and up of the points at one wall, a row of `places` each."""
-    x, y, dx, dy, base = wall[0], wall[1], wall[2], wall[3], wall[6]
-    for k in range(len(rows)):
-        i = rows[k]
-        places[0, k] = (points[i, 0] - x) * dx + (points[i, 1] - y) * dy
-        places[1, k] = (points[i, 1] - y) * dx - (points[i, 0] - x) * dy
-        places[2, k] = points[i, 2] - base
 
 
 @compiled(_sides, *[_float32s] * 6, _f32, _f32, _f32, _f32, _two_pictures, _two_pictures, _two_pictures)

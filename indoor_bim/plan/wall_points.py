@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.wall_rays import FRONT, MARGIN, Int32s, WallBox, WallRays, rows_of_walls, wall_table
+from indoor_bim.plan.tiles import TILE, Tiles
+from indoor_bim.plan.wall_rays import FRONT, MARGIN, Int32s, WallBox, WallRays, wall_table
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 Floats = NDArray[np.float64]
 
@@ -15,8 +18,60 @@ ON_FACE = 0.04  # metres
 DEEPEST = 0.40  # metres behind a face: reveals and frames are not deeper
 
 
-def rows_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -> list[Int32s]:
-    """Rows of the points close to each wall.
+@dataclass(frozen=True, slots=True, eq=False)
+class PointsAround:
+    """Points around a wall, looked up when they are asked for.
+
+    Parameters
+    ----------
+    wall : WallBox
+        Wall.
+    reach : float
+        Largest distance from a face, metres.
+    points : (n, 3) float64
+        All points, metres.
+    tiles : Tiles
+        Where the rows of each tile are in `rows`.
+    rows : (m,) int32
+        Rows of the points, tile by tile.
+    """
+
+    wall: WallBox
+    reach: float
+    points: Floats
+    tiles: Tiles
+    rows: Int32s
+
+    def within(
+        self, start: float = -np.inf, end: float = np.inf, bottom: float = -np.inf, top: float = np.inf
+    ) -> tuple[Floats, Floats, Floats]:
+        """Where the points are, seen from the wall, that lie around a rectangle of it.
+
+        Parameters
+        ----------
+        start, end, bottom, top : float
+            Sides of the rectangle, metres; what is beyond the margin of the wall is left out.
+
+        Returns
+        -------
+        along, across, up : (k,) float64
+            Distance along the axis from its first end, to the left of it, and above the foot of the wall, metres; in the order of the
+            tiles.
+        """
+        from indoor_bim.plan.tile_loops import places_within
+
+        wall, axis = self.wall, np.array(self.wall.direction)
+        start, end = max(start, -MARGIN), min(end, wall.length + MARGIN)
+        bottom, top = max(bottom, -MARGIN), min(top, wall.height + MARGIN)
+        p, q = wall.start + start * axis, wall.start + max(end, start) * axis
+        ranges = self.tiles.along(p, q, wall.thickness / 2 + self.reach)
+        places = np.zeros((3, int(np.diff(ranges, axis=1).sum()) + 1))
+        found = places_within(self.points, self.rows, ranges, wall_table([wall])[0], self.reach, start, end, bottom, top, places)
+        return places[0, :found], places[1, :found], places[2, :found]
+
+
+def points_around(walls: Sequence[WallBox], points: Floats, *, reach: float) -> list[PointsAround]:
+    """Points around each wall.
 
     Parameters
     ----------
@@ -27,34 +82,24 @@ def rows_at_walls(walls: Sequence[WallBox], points: Floats, *, reach: float) -> 
     reach : float
         Largest distance from a face, metres.
     """
-    from indoor_bim.plan.wall_loops import points_of_walls
+    from indoor_bim.plan.tile_loops import find_tiles, put_into_tiles
 
-    boxes, points = wall_table(walls), np.ascontiguousarray(points, dtype=np.float64)
-    return rows_of_walls(lambda part, *out: points_of_walls(points[part], boxes, reach, MARGIN, *out), walls=len(boxes), points=len(points))
-
-
-def places_at_wall(wall: WallBox, points: Floats, rows: Int32s) -> tuple[Floats, Floats, Floats]:
-    """Where some of the points are, seen from a wall.
-
-    Parameters
-    ----------
-    wall : WallBox
-        Wall.
-    points : (n, 3) float64
-        Points, metres.
-    rows : (m,) int32
-        Rows of those that are asked for.
-
-    Returns
-    -------
-    along, across, up : (m,) float64
-        Distance along the axis from its first end, to the left of it, and above the foot of the wall, metres.
-    """
-    from indoor_bim.plan.wall_loops import point_places
-
-    places = np.zeros((3, len(rows)))
-    point_places(np.ascontiguousarray(points, dtype=np.float64), rows, wall_table([wall])[0], places)
-    return places[0], places[1], places[2]
+    points = np.ascontiguousarray(points, dtype=np.float64)
+    if not walls:
+        return []
+    beyond = reach + MARGIN + max(wall.thickness for wall in walls)
+    ends = np.array([end for wall in walls for end in (wall.start, wall.end)])
+    low, high = (np.floor(corner / TILE).astype(np.int64) for corner in (ends.min(axis=0) - beyond, ends.max(axis=0) + beyond))
+    columns, rows = (int(side) for side in high - low + 1)
+    parts = even_slices(len(points), threads_for(len(points)))
+    tile, count = np.zeros(len(points), dtype=np.int32), np.zeros((len(parts), rows * columns), dtype=np.int64)
+    grid = (TILE, int(low[0]), int(low[1]), columns, rows)
+    in_threads(lambda k: find_tiles(points[parts[k]], *grid, tile[parts[k]], count[k]), range(len(parts)), threads=len(parts))
+    first = np.concatenate([[0], np.cumsum(count.sum(axis=0))]).astype(np.int64)
+    place = first[:-1] + np.cumsum(count, axis=0) - count
+    ordered = np.zeros(int(first[-1]), dtype=np.int32)
+    in_threads(lambda k: put_into_tiles(tile[parts[k]], parts[k].start, place[k], ordered), range(len(parts)), threads=len(parts))
+    return [PointsAround(wall, reach, points, Tiles(low, columns, first), ordered) for wall in walls]
 
 
 def rays_from_points(along: Floats, across: Floats, up: Floats, *, thickness: float, both_faces: bool) -> WallRays:
