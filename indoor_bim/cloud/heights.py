@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.ordering import ascending
+
 Floats = NDArray[np.float64]
 
 LEVEL_TOLERANCE = 0.06
@@ -24,9 +26,9 @@ def height_peaks(height: Floats, *, share: float, step: float = 0.01) -> list[fl
     """
     if not len(height):
         return []
-    ascending = np.sort(height)
-    low = float(ascending[0]) - 1.0
-    histogram = np.bincount(((ascending - low) / step).astype(np.int64)).astype(float)
+    ordered = ascending(height)
+    low = float(ordered[0]) - 1.0
+    histogram = np.bincount(((ordered - low) / step).astype(np.int64)).astype(float)
     histogram = np.pad(histogram, (0, 100))
     half = round(LEVEL_TOLERANCE / step)
     kernel = np.maximum(1 - (np.arange(-half, half + 1) / (half + 1)) ** 2, 0)
@@ -36,7 +38,7 @@ def height_peaks(height: Floats, *, share: float, step: float = 0.01) -> list[fl
     while smooth.max() >= max(least, 1.0):
         top = int(np.argmax(smooth))
         guess = low + (top + 0.5) * step
-        near = ascending[slice(*np.searchsorted(ascending, [guess - LEVEL_TOLERANCE, guess + LEVEL_TOLERANCE]))]
+        near = ordered[slice(*np.searchsorted(ordered, [guess - LEVEL_TOLERANCE, guess + LEVEL_TOLERANCE]))]
         peaks.append(float(near[(len(near) - 1) // 2] + near[len(near) // 2]) / 2 if len(near) else guess)
         smooth[max(top - 2 * half, 0) : top + 2 * half + 1] = 0
     return peaks

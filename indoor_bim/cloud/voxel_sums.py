@@ -12,9 +12,9 @@ from numba import types
 from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud.hash_slots import FOLD, FREE, HASH, HIGH, ONE, slot_of
-from indoor_bim.cloud.key_order import order_of
 from indoor_bim.cloud.tiles import BEGIN, CHAIN_TYPES, COUNT, END, FIRST_RUN, LONGEST_RUN, NEXT, SHARED, load, most_points, sort_into_tiles
 from indoor_bim.compiled import compiled, inlined
+from indoor_bim.ordering import order_of
 from indoor_bim.threads import even_slices, in_threads, threads_for
 
 RESOLUTION = 2.0**32

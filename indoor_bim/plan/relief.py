@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.ordering import ascending
 from indoor_bim.plan.wall_rays import WallRays
 
 Floats = NDArray[np.float64]
@@ -150,13 +151,13 @@ def _most_together(values: Floats) -> int:
     """Most values in an interval of 2 cm."""
     from indoor_bim.plan.relief_loops import densest
 
-    return int(densest(np.sort(values), TOGETHER)[1])
+    return int(densest(ascending(values), TOGETHER)[1])
 
 
 def _mode(values: Floats) -> float:
     """Middle of the 2 cm interval that holds most values."""
     from indoor_bim.plan.relief_loops import densest
 
-    ordered = np.sort(values)
+    ordered = ascending(values)
     first, count = densest(ordered, TOGETHER)
     return float(ordered[first + count // 2])

@@ -1,0 +1,27 @@
+"""Numbers in ascending order: as numpy sorts them."""
+
+import numpy as np
+import pytest
+
+from indoor_bim.ordering import FEW, ascending, order_of
+
+
+@pytest.mark.parametrize("largest", [0, 1, 2**11 - 1, 2**11, 2**22, 2**40, 2**62])
+@pytest.mark.parametrize("count", [1, FEW, FEW + 1, 30_000])
+def test_order_is_that_of_a_stable_sort(largest, count):
+    keys = np.random.default_rng(count).integers(0, largest + 1, count)
+    keys[-1] = largest
+    assert np.array_equal(order_of(keys), np.argsort(keys, kind="stable"))
+
+
+@pytest.mark.parametrize("count", [1, FEW, FEW + 1, 30_000])
+@pytest.mark.parametrize("exponent", [0, 1, 7])
+def test_values_ascend_whether_spread_or_crowded(count, exponent):
+    values = np.random.default_rng(count).normal(0, 1, count) ** exponent
+    assert np.array_equal(ascending(values), np.sort(values))
+    assert np.array_equal(ascending(np.repeat(values, 3)), np.repeat(np.sort(values), 3))
+
+
+def test_values_that_differ_by_less_than_can_be_told_apart_ascend():
+    for values in (np.nextafter(1.0, np.array([0.0, 2.0] * FEW)), np.nextafter(0.0, np.array([-1.0, 1.0] * FEW))):
+        assert np.array_equal(ascending(values), np.sort(values))
