@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.model import Evidence, Opening, Storey, Wall
-from indoor_bim.plan.door_leaves import WIDEST
 from indoor_bim.plan.holes import Hole, blind_cell_states, cell_states, find_holes
 from indoor_bim.plan.opening_edges import WINDOW
 from indoor_bim.plan.opening_evidence import LOWEST_SILL
@@ -23,8 +22,7 @@ DECIMALS = 4  # tenths of a millimetre
 DARK_WINDOW = 1.3  # times larger than what rays show of it
 WIDEST_FRAME = 0.12  # metres between the edge of a window and its panes; what is wider is a wall
 SHALLOW_PROOF = 0.5  # confidence of a door that only a step of a centimetre or two shows
-AROUND_HOLE = 0.6  # metres on either side of a hole at which rays are looked at
-AROUND_LEAVES = WIDEST + AROUND_HOLE  # and points: open leaves may stand there
+AROUND_HOLE = 0.6  # metres on either side of a hole that are looked at
 
 
 def find_openings(
@@ -123,7 +121,7 @@ def _named(view: WallView, holes: list[Hole], *, blind: bool, **bounds: float) -
                 through_depth=view.through_depth,
                 both_faces=view.wall.thickness_measured,
             ),
-            view.around.within(hole.start - AROUND_LEAVES, hole.end + AROUND_LEAVES),
+            view.around,
             tolerance=view.tolerance,
             through_depth=view.through_depth,
             walked=view.walked,

@@ -45,13 +45,11 @@ def test_counts_and_rows_by_side(rng):
     side = rng.choice([-1.0, 1.0], 3000)
     inside = (along > 1) & (along < 2) & (up > 0.5) & (up < 2)
     assert opening_loops.count_within(along, up, side, 1.0, 2.0, 0.5, 2.0) == ((inside & (side > 0)).sum(), (inside & (side < 0)).sum())
-    rows = np.zeros((2, 3000), dtype=np.int64)
-    found = opening_loops.rows_within(along, up, 1.0, 2.0, 0.5, 2.0, rows[0])
-    np.testing.assert_array_equal(rows[0, :found], np.flatnonzero(inside))
-    lefts, rights = opening_loops.rows_at_edge(along, up, side, 1.0, 2.0, 1.5, 0.25, rows[0])
+    rows = np.zeros(3000, dtype=np.int64)
+    lefts, rights = opening_loops.rows_at_edge(along, up, side, 1.0, 2.0, 1.5, 0.25, rows)
     near = (along > 1) & (along < 2) & (np.abs(up - 1.5) < 0.25)
-    np.testing.assert_array_equal(rows[0, :lefts], np.flatnonzero(near & (side == 1)))
-    np.testing.assert_array_equal(rows[0, 3000 - rights :][::-1], np.flatnonzero(near & (side == -1)))
+    np.testing.assert_array_equal(rows[:lefts], np.flatnonzero(near & (side == 1)))
+    np.testing.assert_array_equal(rows[3000 - rights :][::-1], np.flatnonzero(near & (side == -1)))
 
 
 def best_gap_by_numpy(inside, outside):

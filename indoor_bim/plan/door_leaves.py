@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+from indoor_bim.plan.wall_points import PointsAround
 
 THICKEST = 0.06  # metres: half the thickness of a leaf and the error of its points
 NARROWEST, WIDEST = 0.55, 1.25  # metres
@@ -40,24 +39,22 @@ class Leaf:
     filled: float
 
 
-def find_leaves(along: Floats, across: Floats, up: Floats, *, start: float, end: float, thickness: float) -> tuple[Leaf, ...]:
+def find_leaves(around: PointsAround, *, start: float, end: float, thickness: float) -> tuple[Leaf, ...]:
     """Leaves of a door: one at either jamb, or two that share the width.
 
     Parameters
     ----------
-    along, across, up : (n,) float64
-        Points around the wall: along its axis, to the left of it, above its foot; metres.
+    around : PointsAround
+        Points around the wall.
     start, end : float
         Jambs, metres along the axis.
     thickness : float
         Thickness of the wall, metres.
     """
-    from indoor_bim.plan.opening_loops import best_fill, rows_within
+    from indoor_bim.plan.opening_loops import best_fill
 
     width = end - start
-    level = np.zeros(len(along), dtype=np.int64)
-    level = level[: rows_within(along, up, start - WIDEST, end + WIDEST, LOW, HIGH, level)]
-    along, across, up = along.take(level), across.take(level), up.take(level)
+    along, across, up = around.within(start - WIDEST, end + WIDEST, LOW, HIGH)
     directions = (np.cos(ANGLES), np.sin(ANGLES))
     found: list[tuple[float, Leaf]] = []
     for swing, sign in (("left", 1.0), ("right", -1.0)):

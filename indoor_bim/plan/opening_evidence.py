@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from indoor_bim.plan.holes import Hole
 from indoor_bim.plan.opening_edges import Edge
 from indoor_bim.plan.traces import Traces
+from indoor_bim.plan.wall_points import PointsAround
 from indoor_bim.plan.wall_rays import WallBox, WallRays
 
-Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 
 THRESHOLD = 0.25  # metres: what begins lower than this reaches the floor
@@ -31,7 +31,7 @@ HIDDEN_SHARE = 0.2  # of the rays per area that go into a hole: fewer below it a
 HIDING_COLUMN = 0.05  # metres along a wall
 
 
-def reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
+def reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: PointsAround, *, thickness: float) -> bool:
     """True where below the hole no face was hit, unless something hides it and hardly a ray went in there.
 
     Parameters
@@ -42,8 +42,8 @@ def reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats,
         Its lower edge.
     where : Traces
         Rays at the wall.
-    around : ((n,), (n,), (n,)) float64
-        Points around the wall: along, across, up; metres.
+    around : PointsAround
+        Points around the wall.
     thickness : float
         Thickness of the wall, metres.
     """
@@ -56,9 +56,9 @@ def reaches_floor(hole: Hole, bottom: Edge, where: Traces, around: tuple[Floats,
     hits, entered = sum(where.hits_within(*below)), sum(where.entered_within(*below))
     if hits >= FEW and hits > entered:
         return False
-    rows = _rows_within(around, *below)
-    before = rows[np.abs(around[1].take(rows)) > thickness / 2 + LEAF_SPREAD]
-    columns = np.unique(np.floor((around[0].take(before) - start) / HIDING_COLUMN))
+    along, across, _ = around.within(*below)
+    before = along[np.abs(across) > thickness / 2 + LEAF_SPREAD]
+    columns = np.unique(np.floor((before - start) / HIDING_COLUMN))
     if len(columns) * HIDING_COLUMN < (end - start) / 2:
         return True
     inside = sum(where.entered_within(start, end, hole.bottom, hole.top))
@@ -93,20 +93,19 @@ def low_sill(start: float, end: float, rays: WallRays, *, tolerance: float, thic
     return float(np.median(above[first : first + hits[first]]))
 
 
-def shows_threshold(hole: Hole, around: tuple[Floats, Floats, Floats], *, thickness: float) -> bool:
+def shows_threshold(hole: Hole, around: PointsAround, *, thickness: float) -> bool:
     """True where the floor goes on through the wall below a hole.
 
     Parameters
     ----------
     hole : Hole
         Rectangle to the nearest cell.
-    around : ((n,), (n,), (n,)) float64
-        Points around the wall: along, across, up; metres.
+    around : PointsAround
+        Points around the wall.
     thickness : float
         Thickness of the wall, metres.
     """
-    on_floor = _rows_within(around, hole.start, hole.end, -LOWEST_SILL, LOWEST_SILL)
-    along, across = around[0].take(on_floor), around[1].take(on_floor)
+    along, across, _ = around.within(hole.start, hole.end, -LOWEST_SILL, LOWEST_SILL)
     within = np.abs(across) < thickness / 2 - LEAF_SPREAD
     columns = max(round(hole.width / HIDING_COLUMN), 1)
     halves = [np.histogram(along[within & side], columns, (hole.start, hole.end))[0] > 0 for side in (across > 0, across <= 0)]
@@ -220,11 +219,3 @@ def rows_into(rays: WallRays, start: float, end: float, bottom: float, top: floa
 
     rows = np.zeros(len(rays), dtype=np.int64)
     return rows[: rays_into(rays.along, rays.up, rays.depth, deeper, start, end, bottom, top, rows)]
-
-
-def _rows_within(around: tuple[Floats, Floats, Floats], start: float, end: float, bottom: float, top: float) -> Ints:
-    """Rows of the points before, in and behind a rectangle of a wall."""
-    from indoor_bim.plan.opening_loops import rows_within
-
-    rows = np.zeros(len(around[0]), dtype=np.int64)
-    return rows[: rows_within(around[0], around[2], start, end, bottom, top, rows)]

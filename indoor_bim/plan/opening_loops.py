@@ -42,17 +42,6 @@ def rays_into(along, up, depth, least, start, end, low, high, rows):  # type: ig
     return found
 
 
-@compiled(_fixed, _fixed, *[_f64] * 4, _ints)
-def rows_within(along, up, start, end, low, high, rows):  # type: ignore[no-untyped-def]
-    """Write the rows of the places within a rectangle; return how many there are."""
-    found = 0
-    for i in range(len(along)):
-        if (along[i] > start) & (along[i] < end) & (up[i] > low) & (up[i] < high):
-            rows[found] = i
-            found += 1
-    return found
-
-
 @compiled(_fixed, _fixed, _fixed, *[_f64] * 4)
 def count_within(along, up, side, start, end, low, high):  # type: ignore[no-untyped-def]
     """Number of places within a rectangle, from the left and from the right."""

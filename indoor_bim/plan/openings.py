@@ -24,9 +24,8 @@ from indoor_bim.plan.opening_evidence import (
     shows_threshold,
 )
 from indoor_bim.plan.traces import Traces
+from indoor_bim.plan.wall_points import PointsAround
 from indoor_bim.plan.wall_rays import WallBox, WallRays
-
-Floats = NDArray[np.float64]
 
 CEILING_GAP = 0.10  # metres: what ends closer than this to the ceiling has no lintel
 THROUGH_SHARE = 0.04  # of the rays into a hole: fewer than these through it are stray
@@ -82,7 +81,7 @@ def name_opening(
     wall: WallBox,
     rays: WallRays,
     where: Traces,
-    around: tuple[Floats, Floats, Floats],
+    around: PointsAround,
     *,
     tolerance: float,
     through_depth: float,
@@ -106,8 +105,8 @@ def name_opening(
         Rays at the wall, with corrected depths.
     where : Traces
         The same rays, split.
-    around : ((n,), (n,), (n,)) float64
-        Points around the wall: along, across, up; metres.
+    around : PointsAround
+        Points around the wall.
     tolerance : float
         Hits closer than this to a face are on it, metres.
     through_depth : float
@@ -160,7 +159,7 @@ def name_opening(
         if closed and not is_leaf(depth, side, wall, flush=flush):
             return None
         if not closed and width <= max_door_width:
-            leaves = find_leaves(*around, start=start, end=end, thickness=wall.thickness)
+            leaves = find_leaves(around, start=start, end=end, thickness=wall.thickness)
         framed = any(edges[name].frame > 0 for name in ("start", "end", "top"))
         both_rooms = was_walked or min(int((side == s).sum()) for s in (1, -1)) >= ENOUGH
         empty = both_rooms and not (blind or closed or leaves or framed)
