@@ -38,7 +38,7 @@ class ReadParams(Stage):
     per_cube: int | None = Field(
         None,
         ge=1,
-        le=1_000_000,
+        le=30_000,
         description="Most points kept of each cube of 10 cm; none: 64 above 4 million points with the method auto, else all.",
     )
     max_memory: float | None = Field(

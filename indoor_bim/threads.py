@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
+Kind = TypeVar("Kind", bound="np.generic")
 
 MOST_THREADS = 8
 POINTS_PER_THREAD = 50_000
@@ -95,8 +96,8 @@ def even_slices(length: int, count: int) -> list[slice]:
     return [slice(length * i // count, length * (i + 1) // count) for i in range(count)]
 
 
-def rows_of(table: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Rows (k, c) of a table (n, c), copied in threads.
+def rows_of(table: NDArray[Kind], rows: NDArray[np.integer]) -> NDArray[Kind]:
+    """Rows (k, ...) of an array (n, ...), copied in threads.
 
     Examples
     --------
@@ -106,7 +107,7 @@ def rows_of(table: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.f
     """
     import numpy as np
 
-    out = np.zeros((len(rows), table.shape[1]))
+    out = np.zeros((len(rows), *table.shape[1:]), dtype=table.dtype)
     threads = threads_for(len(rows))
     in_threads(
         lambda part: np.take(table, rows[part], axis=0, out=out[part], mode="clip"), even_slices(len(rows), threads), threads=threads

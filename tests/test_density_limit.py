@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 from indoor_bim.cloud.density import DensitySample
-from indoor_bim.cloud.density_limit import DensityLimit, kept_rows
+from indoor_bim.cloud.density_limit import MOST_PER_CUBE, DensityLimit, kept_rows
 from indoor_bim.cloud.las_sample import sample_las
 from indoor_bim.cloud.read import read
 from indoor_bim.cloud.write import write_las
+from indoor_bim.params import ReadParams
 
 
 def dense_points(count=60_000, seed=0):
@@ -131,3 +132,11 @@ def test_memory_asked_for_is_in_the_parameters_of_the_run(tmp_path):
     assert limit_for(per_cube=None, max_memory=gigabytes("1GB")).points < limit_for(per_cube=None, max_memory=2.0).points
     with pytest.raises(ConfigError, match="such as 2GB"):
         gigabytes("much")
+
+
+def test_more_points_of_a_cube_than_can_be_counted_cannot_be_asked_for():
+    assert {bound.le for bound in ReadParams.model_fields["per_cube"].metadata if hasattr(bound, "le")} == {MOST_PER_CUBE}
+    cube = np.random.default_rng(6).integers(0, 100, (2 * MOST_PER_CUBE, 3)).astype(np.int32)
+    rows, most = sampled(cube, per_cube=10**6)
+    assert most == MOST_PER_CUBE
+    assert 0.2 * MOST_PER_CUBE < len(rows) <= MOST_PER_CUBE

@@ -13,14 +13,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud import density_loops as loops
-from indoor_bim.cloud.density_limit import DensityLimit
+from indoor_bim.cloud.density_limit import MOST_PER_CUBE, DensityLimit
 from indoor_bim.cloud.hash_slots import FREE
+from indoor_bim.threads import even_slices, in_threads, rows_of, threads_for
 
 Array = NDArray[Any]
 
 FIRST_CUBES = 1 << 15
 LEAST_ROOM, MOST_ROOM = 1 << 20, 1 << 24
 """Points that there is room for at first; what is not used of the room takes no memory."""
+AT_ONCE = 1 << 14
+"""Points that are added together: few enough to stay in the cache while their attributes are looked up."""
 SPARE = 3
 """While they are added, as many times the points may be stored as may be kept in the end."""
 
@@ -43,10 +46,10 @@ class DensitySample:
     """
 
     def __init__(self, *, side: ArrayLike, limit: DensityLimit, names: dict[str, type[np.generic]]) -> None:
-        self.limit, self.most = limit, limit.per_cube
+        self.limit, self.most = limit, min(limit.per_cube, MOST_PER_CUBE)
         self._per_side = 1.0 / np.asarray(side, dtype=np.float64)
         self._state = np.zeros(loops.STATE, dtype=np.int64)
-        self._counts: Array = np.zeros((FIRST_CUBES, loops.COUNTS), dtype=np.int32)
+        self._counts: Array = np.zeros((FIRST_CUBES, loops.COUNTS), dtype=np.int16)
         self._slots: Array = _free_slots(FIRST_CUBES)
         room = min(max(2 * SPARE * limit.points, LEAST_ROOM), MOST_ROOM)
         self._level: Array = np.zeros(room, dtype=np.uint8)
@@ -69,8 +72,14 @@ class DensitySample:
         TooManyCubesError
             If even `least_per_cube` points of each cube are too many.
         """
-        done, state = 0, self._state
-        row = np.zeros(len(steps), dtype=np.int32)
+        for start in range(0, len(steps), AT_ONCE):
+            part = slice(start, start + AT_ONCE)
+            self._add(steps[part], {name: attributes[name][part] for name in self._attributes})
+        while self._state[3] > SPARE * self.limit.points:
+            self._halve()
+
+    def _add(self, steps: NDArray[np.int32], attributes: dict[str, Array]) -> None:
+        done, state, row = 0, self._state, np.zeros(len(steps), dtype=np.int32)
         while done < len(steps):
             before = int(state[2])
             loops.add(
@@ -78,12 +87,10 @@ class DensitySample:
                 *(self._level, self._cube_of, self._steps, row),
             )
             for name, values in self._attributes.items():
-                values[before : state[2]] = attributes[name][row[: state[2] - before]]
+                attributes[name].take(row[: state[2] - before], out=values[before : state[2]], mode="clip")
             done = int(state[0])
             if done < len(steps):
                 self._make_room()
-        while state[3] > SPARE * self.limit.points:
-            self._halve()
 
     def points(self) -> tuple[NDArray[np.int32], dict[str, Array]]:
         """Kept points in the order in which they were added: whole coordinates and attributes; nothing can be added any more.
@@ -96,11 +103,22 @@ class DensitySample:
         while True:
             halvings = self._halvings()
             loops.spread(self._slots, halvings)
-            if loops.count_passing(int(self._state[2]), halvings, self._level, self._cube_of) <= self.limit.points:
+            rows = self._passing(halvings)
+            if len(rows) <= self.limit.points:
                 break
             self._halve()
-        left = self._drop(halvings)
-        return self._steps[:left], {name: values[:left].copy() for name, values in self._attributes.items()}
+        return rows_of(self._steps, rows), {name: rows_of(values, rows) for name, values in self._attributes.items()}
+
+    def _passing(self, halvings: NDArray[np.uint8]) -> NDArray[np.int32]:
+        """Places of the stored points that pass so many halvings of their cubes."""
+        seen = int(self._state[2])
+        threads = threads_for(seen)
+
+        def of_part(part: slice) -> NDArray[np.int32]:
+            rows = np.zeros(part.stop - part.start, dtype=np.int32)
+            return rows[: loops.passing(self._level[part], self._cube_of[part], halvings, part.start, rows)]
+
+        return np.concatenate(in_threads(of_part, even_slices(seen, threads), threads=threads))
 
     def _halvings(self) -> NDArray[np.uint8]:
         halvings = np.zeros(self._state[1], dtype=np.uint8)

@@ -16,6 +16,8 @@ WITHOUT_POINTS, MEMORY_PER_POINT = 550e6, 220
 PIECE = 1_000_000
 ENOUGH = 64
 """Points of a cube that show its surfaces."""
+MOST_PER_CUBE = 30_000
+"""Points of a cube that can be counted."""
 MANY_POINTS = 4_000_000
 """Scans of more points are thinned to `ENOUGH` points a cube if nothing else is asked for."""
 
@@ -27,7 +29,7 @@ class DensityLimit:
     Parameters
     ----------
     per_cube : int
-        Most points of a cube of 10 cm.
+        Most points of a cube of 10 cm; no more than `MOST_PER_CUBE`.
     points : int
         Most points altogether; where there would be more, `per_cube` is halved until there are not.
     least_per_cube : int

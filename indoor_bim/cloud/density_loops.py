@@ -20,7 +20,7 @@ KEPT, BY_LEVEL = 0, 1
 COUNTS = 32
 
 _steps = types.Array(types.int32, 2, "A", readonly=True, aligned=False)
-_table, _slots = types.Array(types.int32, 2, "C"), types.Array(types.int64, 2, "C")
+_table, _counts, _slots = types.Array(types.int32, 2, "C"), types.Array(types.int16, 2, "C"), types.Array(types.int64, 2, "C")
 _i64, _i32, _u8 = (types.Array(kind, 1, "C") for kind in (types.int64, types.int32, types.uint8))
 _f64 = types.Array(types.float64, 1, "C")
 
@@ -87,7 +87,7 @@ def _slot_from(slot, key, slots):  # type: ignore[no-untyped-def]
     return slot
 
 
-@compiled(_steps, _f64, types.int64, types.int64, _i64, _slots, _table, _u8, _i32, _table, _i32)
+@compiled(_steps, _f64, types.int64, types.int64, _i64, _slots, _counts, _u8, _i32, _table, _i32)
 def add(steps, per_side, most, start, state, slots, counts, level, cube_of, stored, row):  # type: ignore[no-untyped-def]
     """Add points until there is no room for another block of cubes or points; `state` says how far it went."""
     used, points, bounded = state[1], state[2], state[3]
@@ -130,7 +130,7 @@ def add(steps, per_side, most, start, state, slots, counts, level, cube_of, stor
     state[0], state[1], state[2], state[3] = here, used, points, bounded
 
 
-@compiled(_slots, _table, types.int64)
+@compiled(_slots, _counts, types.int64)
 def halve_all(slots, counts, most):  # type: ignore[no-untyped-def]
     """Halve in all cubes for a new limit; returns the sum over the cubes of points up to it."""
     bounded = 0
@@ -153,13 +153,14 @@ def drop(points, halvings, level, cube_of, stored, rows):  # type: ignore[no-unt
     return left
 
 
-@compiled(types.int64, _u8, _u8, _i32)
-def count_passing(points, halvings, level, cube_of):  # type: ignore[no-untyped-def]
-    """Number of stored points that pass so many halvings of their cubes."""
-    count = 0
-    for place in range(points):
-        count += level[place] >= halvings[cube_of[place]]
-    return count
+@compiled(_u8, _i32, _u8, types.int64, _i32)
+def passing(level, cube_of, halvings, first, rows):  # type: ignore[no-untyped-def]
+    """Write the places of the points that pass so many halvings of their cubes; returns how many there are."""
+    found = 0
+    for place in range(len(level)):
+        rows[found] = first + place
+        found += level[place] >= halvings[cube_of[place]]
+    return found
 
 
 @compiled(_slots, _slots)
