@@ -19,10 +19,11 @@ def dense_points(count=60_000, seed=0):
 
 
 def sampled(steps, *, per_cube=32, points=10**9, pieces=1):
-    sample = DensitySample(side=(100, 100, 100), limit=DensityLimit(per_cube, points, least_per_cube=1), names={"row": np.int64})
+    kind = np.dtype([("row", np.int64)])
+    sample = DensitySample(side=(100, 100, 100), limit=DensityLimit(per_cube, points, least_per_cube=1), kind=kind)
     rows = np.arange(len(steps))
     for part in np.array_split(rows, pieces):
-        sample.add(steps[part], {"row": part})
+        sample.add(steps[part], part.view(kind))
     kept, values = sample.points()
     assert np.array_equal(kept, steps[values["row"]])
     return values["row"], sample.most

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from indoor_bim.cloud.cloud import Cloud
+from indoor_bim.cloud.density_limit import DensityLimit
 from indoor_bim.cloud.las import iterate_chunks
 from indoor_bim.cloud.raw import as_intensity
 from indoor_bim.cloud.read import as_cloud, read
@@ -176,6 +177,30 @@ def test_las_reference_from_geotiff_keys(tmp_path):
     assert read(tmp_path / "scan.las").crs == "EPSG:25832"
 
 
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+@pytest.mark.parametrize("point_format", [0, 1, 3, 6, 7, 8])
+@pytest.mark.parametrize("limit", [None, DensityLimit(64, 10**9)])
+def test_attributes_of_every_point_format(tmp_path, suffix, point_format, limit):
+    header = laspy.LasHeader(version="1.4" if point_format > 5 else "1.2", point_format=point_format)
+    header.scales = np.full(3, 0.001)
+    header.add_extra_dim(laspy.ExtraBytesParams("room", "uint16"))
+    las = laspy.LasData(header)
+    las.xyz = points = box_points()
+    las.classification = np.arange(len(points)) % 20
+    las.synthetic = np.arange(len(points)) % 2  # shares its byte with the class in the old formats
+    las.intensity = np.arange(len(points)) * 7
+    las["room"] = np.arange(len(points))
+    if point_format:
+        las.gps_time = 3.0 * np.arange(len(points)) + 1
+    path = tmp_path / f"scan.{suffix}"
+    las.write(path)
+    cloud = read(path, limit=limit)
+    assert np.abs(cloud.frame.to_scan(cloud.points) - points).max() < 1e-3
+    assert np.array_equal(cloud.classification, las.classification)
+    assert np.array_equal(cloud.intensity, las.intensity)
+    assert cloud.gps_time is None if not point_format else np.array_equal(cloud.gps_time, las.gps_time)
+
+
 def test_intensity_comes_from_ply_and_e57(tmp_path):
     points = np.random.default_rng(2).uniform(0, 3, (50, 3))
     strength = np.linspace(0, 1, 50)
@@ -315,6 +340,7 @@ def test_chunks_are_the_whole_file_in_pieces(tmp_path, suffix):
     write_las(path, points)
     chunks = list(iterate_chunks(path, size=1000))
     assert [len(chunk) for chunk in chunks] == [1000, 1000, 500]
+    assert np.array_equal(np.concatenate(list(iterate_chunks(path, size=300))), np.concatenate(chunks))
     assert np.abs(np.concatenate(chunks) - points).max() < 1e-9
 
 

@@ -7,6 +7,7 @@ thickness of a wall and shifts no surface.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -19,11 +20,9 @@ from indoor_bim.threads import even_slices, in_threads, rows_of, threads_for
 
 Array = NDArray[Any]
 
-FIRST_CUBES = 1 << 15
-LEAST_ROOM, MOST_ROOM = 1 << 20, 1 << 24
-"""Points that there is room for at first; what is not used of the room takes no memory."""
-AT_ONCE = 1 << 14
-"""Points that are added together: few enough to stay in the cache while their attributes are looked up."""
+FIRST_CUBES = 1 << 17
+LEAST_ROOM, MOST_ROOM = 1 << 21, 1 << 24
+"""Room at first for cubes and points; what is not used of it takes no memory."""
 SPARE = 3
 """While they are added, as many times the points may be stored as may be kept in the end."""
 
@@ -41,11 +40,11 @@ class DensitySample:
         Side of the cubes in steps of the coordinates.
     limit : DensityLimit
         How many points may be kept.
-    names : dict of str to dtype
-        Attributes that come with the points.
+    kind : dtype
+        Attributes that come with the points: a structured type, as of `numpy.dtype([("row", "i8")])`.
     """
 
-    def __init__(self, *, side: ArrayLike, limit: DensityLimit, names: dict[str, type[np.generic]]) -> None:
+    def __init__(self, *, side: ArrayLike, limit: DensityLimit, kind: np.dtype[np.void]) -> None:
         self.limit, self.most = limit, min(limit.per_cube, MOST_PER_CUBE)
         self._per_side = 1.0 / np.asarray(side, dtype=np.float64)
         self._state = np.zeros(loops.STATE, dtype=np.int64)
@@ -55,42 +54,43 @@ class DensitySample:
         self._level: Array = np.zeros(room, dtype=np.uint8)
         self._cube_of: Array = np.zeros(room, dtype=np.int32)
         self._steps: Array = np.zeros((room, 3), dtype=np.int32)
-        self._attributes: dict[str, Array] = {name: np.zeros(room, dtype=kind) for name, kind in names.items()}
+        self._kind = kind
+        self._more: Array = np.zeros((room, kind.itemsize), dtype=np.uint8)
 
-    def add(self, steps: NDArray[np.int32], attributes: dict[str, Array]) -> None:
+    def add(self, steps: NDArray[np.int32], records: NDArray[np.void], begun: Callable[[], object] | None = None) -> None:
         """Add points.
 
         Parameters
         ----------
         steps : (n, 3) int32
             Whole coordinates.
-        attributes : dict of str to (n,) arrays
-            Their attributes.
+        records : (n,) structured array
+            What comes with the points, the attributes among it.
+        begun : callable, optional
+            Called when all is ready for the work that needs Python's lock no more.
 
         Raises
         ------
         TooManyCubesError
             If even `least_per_cube` points of each cube are too many.
         """
-        for start in range(0, len(steps), AT_ONCE):
-            part = slice(start, start + AT_ONCE)
-            self._add(steps[part], {name: attributes[name][part] for name in self._attributes})
+        fields: Any = records.dtype.fields
+        columns = [np.arange(self._kind[name].itemsize) + fields[name][1] for name in self._kind.names or ()]
+        raw = records.view(np.uint8).reshape(len(records), -1)
+        given = (steps, raw, np.concatenate(columns).astype(np.int64), self._per_side)
+        self._make_room(len(steps))
+        if begun is not None:
+            begun()
+        done = 0
+        while True:
+            tables = (self._state, self._slots, self._counts)
+            loops.add(*given, self.most, done, *tables, self._level, self._cube_of, self._steps, self._more)
+            done = int(self._state[0])
+            if done == len(steps):
+                break
+            self._make_room(len(steps) - done)
         while self._state[3] > SPARE * self.limit.points:
             self._halve()
-
-    def _add(self, steps: NDArray[np.int32], attributes: dict[str, Array]) -> None:
-        done, state, row = 0, self._state, np.zeros(len(steps), dtype=np.int32)
-        while done < len(steps):
-            before = int(state[2])
-            loops.add(
-                *(steps, self._per_side, self.most, done, state, self._slots, self._counts),
-                *(self._level, self._cube_of, self._steps, row),
-            )
-            for name, values in self._attributes.items():
-                attributes[name].take(row[: state[2] - before], out=values[before : state[2]], mode="clip")
-            done = int(state[0])
-            if done < len(steps):
-                self._make_room()
 
     def points(self) -> tuple[NDArray[np.int32], dict[str, Array]]:
         """Kept points in the order in which they were added: whole coordinates and attributes; nothing can be added any more.
@@ -107,7 +107,17 @@ class DensitySample:
             if len(rows) <= self.limit.points:
                 break
             self._halve()
-        return rows_of(self._steps, rows), {name: rows_of(values, rows) for name, values in self._attributes.items()}
+        return rows_of(self._steps, rows), {name: self._attribute(name, rows) for name in self._kind.names or ()}
+
+    def _attribute(self, name: str, rows: NDArray[np.int32]) -> Array:
+        """One attribute of some of the stored points."""
+        fields: Any = self._kind.fields
+        (kind, first), threads = fields[name], threads_for(len(rows))
+        out = np.zeros((len(rows), kind.itemsize), dtype=np.uint8)
+        in_threads(
+            lambda part: loops.take_columns(self._more, rows[part], first, out[part]), even_slices(len(rows), threads), threads=threads
+        )
+        return out.reshape(-1).view(kind)
 
     def _passing(self, halvings: NDArray[np.uint8]) -> NDArray[np.int32]:
         """Places of the stored points that pass so many halvings of their cubes."""
@@ -134,23 +144,22 @@ class DensitySample:
     def _drop(self, halvings: NDArray[np.uint8]) -> int:
         """Leave out the stored points that do not pass so many halvings of their cubes; returns how many do."""
         seen = int(self._state[2])
-        rows = np.zeros(seen, dtype=np.int32)
-        left = int(loops.drop(seen, halvings, self._level, self._cube_of, self._steps, rows))
-        for values in self._attributes.values():
-            values[:left] = values.take(rows[:left])
+        left = int(loops.drop(seen, halvings, self._level, self._cube_of, self._steps, self._more))
         self._state[2] = left
         return left
 
-    def _make_room(self) -> None:
-        """Room for more cubes, and for more points: by dropping those that do not stay, or else by wider arrays."""
+    def _make_room(self, more: int) -> None:
+        """Room for another block of cubes, and for more points: by dropping those that do not stay, or else by wider arrays."""
         if self._state[1] + loops.BLOCK > len(self._counts):
             self._counts, slots = _wider(self._counts), _free_slots(2 * len(self._counts))
             loops.move_slots(self._slots, slots)
             self._slots = slots
-        stored = int(self._state[2])
-        if stored + loops.BLOCK > len(self._level) and self._drop(self._halvings()) > 0.7 * stored:
-            self._level, self._cube_of, self._steps = _wider(self._level), _wider(self._cube_of), _wider(self._steps)
-            self._attributes = {name: _wider(values) for name, values in self._attributes.items()}
+        if self._state[2] + more + loops.BLOCK <= len(self._level):
+            return
+        self._drop(self._halvings())
+        while self._state[2] > min(len(self._level) - more - loops.BLOCK, 0.7 * len(self._level)):
+            self._level, self._cube_of = _wider(self._level), _wider(self._cube_of)
+            self._steps, self._more = _wider(self._steps), _wider(self._more)
 
 
 def _free_slots(cubes: int) -> Array:

@@ -82,12 +82,12 @@ def kept_rows(points: NDArray[np.float64], *, limit: DensityLimit, metres: float
     step = max(FINEST_STEP / metres, float((high - low).max()) / 2**31)
     side = SIDE / metres
     while True:
-        sample = DensitySample(side=np.full(3, max(round(side / step), 1)), limit=limit, names={"row": np.int64})
+        sample = DensitySample(side=np.full(3, max(round(side / step), 1)), limit=limit, kind=np.dtype([("row", np.int64)]))
         try:
             for start in range(0, len(points), PIECE):
                 piece = points[start : start + PIECE]
                 steps = np.rint((piece - low) / step - 2**30).astype(np.int32)
-                sample.add(steps, {"row": np.arange(start, start + len(piece))})
+                sample.add(steps, np.arange(start, start + len(piece)).view([("row", np.int64)]))
         except TooManyCubesError:
             side *= 2
             continue

@@ -23,6 +23,7 @@ _steps = types.Array(types.int32, 2, "A", readonly=True, aligned=False)
 _table, _counts, _slots = types.Array(types.int32, 2, "C"), types.Array(types.int16, 2, "C"), types.Array(types.int64, 2, "C")
 _i64, _i32, _u8 = (types.Array(kind, 1, "C") for kind in (types.int64, types.int32, types.uint8))
 _f64 = types.Array(types.float64, 1, "C")
+_bytes, _stored = types.Array(types.uint8, 2, "A", readonly=True), types.Array(types.uint8, 2, "C")
 
 
 @inlined
@@ -87,11 +88,14 @@ def _slot_from(slot, key, slots):  # type: ignore[no-untyped-def]
     return slot
 
 
-@compiled(_steps, _f64, types.int64, types.int64, _i64, _slots, _counts, _u8, _i32, _table, _i32)
-def add(steps, per_side, most, start, state, slots, counts, level, cube_of, stored, row):  # type: ignore[no-untyped-def]
-    """Add points until there is no room for another block of cubes or points; `state` says how far it went."""
+@compiled(_steps, _bytes, _i64, _f64, types.int64, types.int64, _i64, _slots, _counts, _u8, _i32, _table, _stored)
+def add(steps, raw, columns, per_side, most, start, state, slots, counts, level, cube_of, stored, more):  # type: ignore[no-untyped-def]
+    """Add points until there is no room for another block of cubes or points; `state` says how far it went.
+
+    Of what comes with each, the bytes in some columns are kept.
+    """
     used, points, bounded = state[1], state[2], state[3]
-    first, here = points, start
+    here = start
     keys, slot_of = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.uint64)
     survived, passing = np.zeros(BLOCK, np.int64), np.zeros(BLOCK + 1, np.int64)
     while here < len(steps) and points + BLOCK <= len(level) and used + BLOCK <= len(counts):
@@ -118,9 +122,11 @@ def add(steps, per_side, most, start, state, slots, counts, level, cube_of, stor
             if survived[n] < slots[slot, HALVINGS]:  # since this block began
                 continue
             cube = slots[slot, CUBE]
-            level[points], cube_of[points], row[points - first] = survived[n], cube, here + n
+            level[points], cube_of[points] = survived[n], cube
             for axis in range(3):
                 stored[points, axis] = steps[here + n, axis]
+            for place in range(len(columns)):
+                more[points, place] = raw[here + n, columns[place]]
             points += 1
             counts[cube, BY_LEVEL + survived[n]] += 1
             counts[cube, KEPT] += 1
@@ -141,14 +147,16 @@ def halve_all(slots, counts, most):  # type: ignore[no-untyped-def]
     return bounded
 
 
-@compiled(types.int64, _u8, _u8, _i32, _table, _i32)
-def drop(points, halvings, level, cube_of, stored, rows):  # type: ignore[no-untyped-def]
-    """Move the points that pass so many halvings of their cubes up, and note where they were; returns how many there are."""
+@compiled(types.int64, _u8, _u8, _i32, _table, _stored)
+def drop(points, halvings, level, cube_of, stored, more):  # type: ignore[no-untyped-def]
+    """Move the points that pass so many halvings of their cubes up; returns how many there are."""
     left = 0
     for place in range(points):
         cube, survived = cube_of[place], level[place]
-        level[left], cube_of[left], rows[left] = survived, cube, place
+        level[left], cube_of[left] = survived, cube
         stored[left, 0], stored[left, 1], stored[left, 2] = stored[place, 0], stored[place, 1], stored[place, 2]
+        for column in range(more.shape[1]):
+            more[left, column] = more[place, column]
         left += survived >= halvings[cube]
     return left
 
@@ -161,6 +169,14 @@ def passing(level, cube_of, halvings, first, rows):  # type: ignore[no-untyped-d
         rows[found] = first + place
         found += level[place] >= halvings[cube_of[place]]
     return found
+
+
+@compiled(_stored, _i32, types.int64, _stored)
+def take_columns(more, rows, first, out):  # type: ignore[no-untyped-def]
+    """Bytes of some rows, from a column on."""
+    for n in range(len(rows)):
+        for column in range(out.shape[1]):
+            out[n, column] = more[rows[n], first + column]
 
 
 @compiled(_slots, _slots)

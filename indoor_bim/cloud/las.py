@@ -6,6 +6,7 @@ import re
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from indoor_bim.cloud.raw import RawScan
 from indoor_bim.errors import ReadError
 from indoor_bim.threads import even_slices, in_threads, threads_for
 
-CHUNK = 2_000_000
+CHUNK = 1_000_000
 FEW_POINTS = 20_000
 """So many points are scaled in numpy, sooner than the compiled loop is loaded."""
 LINEAR_UNITS = {9001: "m", 9002: "ft", 9003: "us-ft"}
@@ -49,7 +50,7 @@ def read_las(path: Path, progress: Callable[[float], None] | None = None) -> Raw
             file.coordinates(file.steps(record), points[part])
             if gps_time is not None:
                 gps_time[part] = record["gps_time"]
-            classes[part] = record["classification"]
+            classes[part] = file.class_of(record)
             intensity[part] = record["intensity"]
             done += len(record)
         crs, unit = file.reference()
@@ -98,24 +99,42 @@ class LasFile:
     def __init__(self, path: Path, reader: Any) -> None:
         self.path, self._reader, self.header = path, reader, reader.header
         self.count = int(reader.header.point_count)
-        self.has_time = "gps_time" in set(reader.header.point_format.dimension_names)
+        self.kind = reader.header.point_format.dtype()
+        self.has_time = "gps_time" in self.kind.names
+        self.classes = "raw_classification" if "raw_classification" in self.kind.names else "classification"
 
-    def records(self, *, size: int = CHUNK, progress: Callable[[float], None] | None = None) -> Iterator[Any]:
-        """Point records of laspy, at most `size` points each; `ReadError` if they are fewer than announced."""
-        done = 0
-        for record in self._reader.chunk_iterator(size):
-            yield record
-            done += len(record)
+    def records(self, *, size: int = CHUNK, progress: Callable[[float], None] | None = None) -> Iterator[NDArray[np.void]]:
+        """Points of at most `size` records each; `ReadError` if they are fewer than announced.
+
+        Compressed ones are overwritten when the piece after the next is asked for.
+        """
+        done, turn = 0, cycle((0, 1))
+        room = np.zeros((2, min(size, self.count) * self.kind.itemsize if self.header.are_points_compressed else 0), dtype=np.uint8)
+        while done < self.count:
+            count = min(size, self.count - done)
+            if self.header.are_points_compressed:
+                piece = room[next(turn), : count * self.kind.itemsize]
+                self._reader.point_source.decompressor.decompress_many(piece)
+                records = piece.view(self.kind)
+            else:
+                records = self._reader.read_points(count).array
+                if not len(records):
+                    raise ReadError(_damaged(self.path, f"found {done:,} of the {self.count:,} points that the header announces"))
+            yield records
+            done += len(records)
             if progress is not None:
                 progress(done / self.count)
-        if done != self.count:
-            raise ReadError(_damaged(self.path, f"found {done:,} of the {self.count:,} points that the header announces"))
 
-    def steps(self, record: Any) -> NDArray[np.int32]:
-        """Whole coordinates (n, 3) of a point record, a view: they stand at its beginning in every format."""
-        layout = np.dtype({"names": ["xyz"], "formats": [("<i4", 3)], "offsets": [0], "itemsize": record.array.dtype.itemsize})
-        steps: NDArray[np.int32] = record.array.view(layout)["xyz"]
+    def steps(self, records: NDArray[np.void]) -> NDArray[np.int32]:
+        """Whole coordinates (n, 3) of point records, a view: they stand at their beginning in every format."""
+        layout = np.dtype({"names": ["xyz"], "formats": [("<i4", 3)], "offsets": [0], "itemsize": self.kind.itemsize})
+        steps: NDArray[np.int32] = records.view(layout)["xyz"]
         return steps
+
+    def class_of(self, records: Any) -> NDArray[np.uint8]:
+        """Class of each of some records; in the old formats it shares its byte with flags."""
+        found: NDArray[np.uint8] = records[self.classes]
+        return found & np.uint8(0x1F) if self.classes == "raw_classification" else found
 
     def coordinates(self, steps: NDArray[np.int32], out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """Coordinates (n, 3) of whole ones."""

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,18 +59,19 @@ def sample_las(path: Path, *, limit: DensityLimit, unit: str = "auto", progress:
 def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress: Callable[[float], None] | None) -> RawScan:
     crs, declared = file.reference()
     metres = np.abs(file.header.scales) * _metres_per_unit(file, unit, declared)
-    names: dict[str, type] = {"classification": np.uint8, "intensity": np.uint16} | ({"gps_time": np.float64} if file.has_time else {})
-    sample = DensitySample(side=np.maximum(np.rint(side / metres), 1).astype(np.int64), limit=limit, names=names)
+    kind = np.dtype([(name, file.kind[name]) for name in ("intensity", file.classes, "gps_time") if name in (file.kind.names or ())])
+    sample = DensitySample(side=np.maximum(np.rint(side / metres), 1).astype(np.int64), limit=limit, kind=kind)
     records = file.records(size=PIECE, progress=progress)
-    with ThreadPoolExecutor(1) as pool:  # decodes the next piece meanwhile
-        coming = pool.submit(next, records, None)
-        while (record := coming.result()) is not None:
-            coming = pool.submit(next, records, None)
-            sample.add(file.steps(record), {name: np.asarray(record[name]) for name in names})
+    record = next(records, None)
+    with ThreadPoolExecutor(1) as pool:
+        while record is not None:
+            adding = _begin_to_add(sample, file.steps(record), record, pool)
+            record = next(records, None)
+            adding.result()
     kept, values = sample.points()
     points = file.coordinates(kept)
     logger.info("kept %s of %s points, %d or fewer of each cube of %.0f cm", f"{len(points):,}", f"{file.count:,}", sample.most, 100 * side)
-    times, classes, intensity = values.get("gps_time"), values["classification"], values["intensity"]
+    times, classes, intensity = values.get("gps_time"), file.class_of(values), values["intensity"]
     return RawScan(
         points,
         gps_time=times if times is not None and times.any() else None,
@@ -79,6 +81,15 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
         per_cube=sample.most,
         intensity=intensity if intensity.any() else None,
     )
+
+
+def _begin_to_add(sample: DensitySample, steps: NDArray[np.int32], records: NDArray[np.void], pool: Executor) -> Future[None]:
+    """Points being added, once that needs Python's lock no more: the decoder keeps the lock while it works on the next piece."""
+    begun = Event()
+    adding = pool.submit(sample.add, steps, records, begun.set)
+    adding.add_done_callback(lambda _: begun.set())
+    begun.wait()
+    return adding
 
 
 def _metres_per_unit(file: LasFile, unit: str, declared: str | None) -> float:
