@@ -36,7 +36,7 @@ from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outline
 from indoor_bim.plan.scanner_path import known_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
-from indoor_bim.threads import rows_of
+from indoor_bim.threads import both, rows_of, threads_for
 
 logger = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
@@ -137,17 +137,26 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     closed = room_outlines(cells, room, faces, spanned=of_cells.spanned, min_closed=0.4 if overhead is not None else 0.25)
     entered = closed if overhead is None else _entered(closed, space, sensor)
     outlines = _behind_built_ins(entered, folded_lines(lines))
-    loose = None
-    if overhead is not None:
-        rooms = shapely.union_all([outline.polygon for outline in outlines])
-        loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=ceiling or top)
-    floor_seen = space.raster(space.floor)
-    roof = overhead if pitched else None
-    plan = _plan(outlines, loose, curves, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, floor_seen=floor_seen, roof=roof)
-    if ceiling is not None:
+    floor_seen, roof = space.raster(space.floor), overhead if pitched else None
+
+    def faces_and_rooms() -> StoreyPlan:
+        loose = None
+        if overhead is not None:
+            rooms = shapely.union_all([outline.polygon for outline in outlines])
+            loose = loose_faces(lines, sweeps, rooms, roofed(space), points, sensor, low=floor, high=ceiling or top)
+        return _plan(
+            outlines, loose, curves, wall_points, floor=floor, ceiling=ceiling, seen=space.glimpsed, floor_seen=floor_seen, roof=roof
+        )
+
+    def levels_of_rooms() -> tuple[tuple[float, float], ...]:
+        if ceiling is None:
+            return ()
         below = levelled.storeys[number - 1].ceiling if number else None
         between = {"low": below if below is not None else -np.inf, "high": above[0] if above else np.inf}
-        levels = room_levels(sample, plan.rooms, floor=floor, ceiling=ceiling, roof=overhead if pitched else None, **between)
+        return room_levels(sample, [outline.polygon for outline in outlines], floor=floor, ceiling=ceiling, roof=roof, **between)
+
+    plan, levels = both(faces_and_rooms, levels_of_rooms, threads=threads_for(len(points)))
+    if ceiling is not None:
         plan = replace(plan, room_levels=levels, pitched=pitched)
     return AutoStages(lines, cells, room, wall, of_cells.inside, space.raster(space.ceiling), outlines, plan)
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
+from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.model import Storey
 from indoor_bim.params import Params
 from indoor_bim.stages import Stages
@@ -91,17 +92,17 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         Keeps every stage's product; "plan", "walls" and "openings" hold one product for each storey.
     """
     from indoor_bim.auto import storey_plans
-    from indoor_bim.cloud.levels import level, lowered
-    from indoor_bim.cloud.spacing import point_spacing
+    from indoor_bim.cloud.levels import lowered
+    from indoor_bim.threads import both, threads_for
 
-    spacing = point_spacing(cloud.points, sample_size=20_000)
-    if spacing > 0.75 * SPARSE:  # so few points tell it to some 20 %
-        spacing = point_spacing(cloud.points)
+    with stages("level") as keep:
+        levelled, spacing = both(lambda: _levelled(cloud), lambda: _spacing(cloud), threads=threads_for(len(cloud.points)))
+        if spacing <= SPARSE and not isinstance(levelled, NothingToReconstructError):
+            keep(levelled)
     if spacing > SPARSE:
         return _by_slope(cloud, params, stages, f"The points are {100 * spacing:.0f} cm apart, too sparse for the method auto")
-    with stages("level") as keep:
-        levelled = level(cloud)
-        keep(levelled)
+    if isinstance(levelled, NothingToReconstructError):
+        raise levelled
     with stages("plan") as keep:
         plans = storey_plans(levelled, gps_time=cloud.gps_time)
         keep(plans)
@@ -115,6 +116,24 @@ def auto(cloud: Cloud, params: Params, stages: Stages) -> Reconstruction:
         storeys = _with_openings(storeys, levelled, cloud, params)
         keep(storeys)
     return Reconstruction(levelled.frame, tuple(storeys), warnings=(*levelled.warnings, *warnings))
+
+
+def _spacing(cloud: Cloud) -> float:
+    """Distance between neighbouring points, metres: from few points where these leave no doubt that it is small."""
+    from indoor_bim.cloud.spacing import point_spacing
+
+    roughly = point_spacing(cloud.points, sample_size=20_000)  # to some 20 %
+    return point_spacing(cloud.points) if roughly > 0.75 * SPARSE else roughly
+
+
+def _levelled(cloud: Cloud) -> LevelledCloud | NothingToReconstructError:
+    """Cloud that stands upright, or what is in the way of it."""
+    from indoor_bim.cloud.levels import level
+
+    try:
+        return level(cloud)
+    except NothingToReconstructError as error:
+        return error
 
 
 def _by_slope(cloud: Cloud, params: Params, stages: Stages, reason: str) -> Reconstruction:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     import numpy as np
@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
+Other = TypeVar("Other")
 Kind = TypeVar("Kind", bound="np.generic")
 
 MOST_THREADS = 8
@@ -77,6 +78,20 @@ def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, thread
     if failed:
         raise failed[min(failed)]
     return [done[place] for place in range(len(items))]
+
+
+def both(first: Callable[[], Outcome], second: Callable[[], Other], *, threads: int) -> tuple[Outcome, Other]:
+    """Outcomes of two works that do not wait for one another; the first is to be the longer one, and may have work in threads.
+
+    Examples
+    --------
+    >>> both(lambda: 1, lambda: "one", threads=2)
+    (1, 'one')
+    """
+    one: Any
+    other: Any
+    one, other = in_threads(lambda work: work(), (first, second), threads=threads)
+    return one, other
 
 
 @cache
