@@ -8,6 +8,7 @@ from numba import types
 from indoor_bim.compiled import compiled
 
 BLOCK = 256  # rays that are taken together
+SLACK = 1e-3  # metres
 
 _points = types.Array(types.float64, 2, "C", readonly=True)
 _wall = types.Array(types.float64, 1, "C", readonly=True)
@@ -37,11 +38,15 @@ def rays_of_walls(points, sensors, walls, front, margin, rows, names):  # type: 
             px[k], py[k], sx[k], sy[k] = points[first + k, 0], points[first + k, 1], sensors[first + k, 0], sensors[first + k, 1]
         for w in range(len(walls)):
             x, y, dx, dy, half = walls[w, 0], walls[w, 1], walls[w, 2], walls[w, 3], walls[w, 4]
+            low, high = -margin - SLACK, walls[w, 5] + margin + SLACK
             for k in range(BLOCK):
                 begin, end = (sy[k] - y) * dx - (sx[k] - x) * dy, (py[k] - y) * dx - (px[k] - x) * dy
                 end = end if begin >= 0 else -end
                 begin = abs(begin)
-                near[k] = (begin > half) & (end < half + front) & (end < begin)
+                u, v = (sx[k] - x) * dx + (sy[k] - y) * dy, (px[k] - x) * dx + (py[k] - y) * dy
+                along = u * (begin - end) + (begin - half) * (v - u)  # times the way across
+                before, beyond = along <= low * (begin - end), along >= high * (begin - end)
+                near[k] = (begin > half) & (end < half + front) & (end < begin) & ~before & ~beyond
             for k in range(count):
                 if eight[k // 8] == 0 or not near[k]:
                     continue
