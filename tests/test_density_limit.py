@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from indoor_bim.cloud import density
 from indoor_bim.cloud.density import DensitySample
 from indoor_bim.cloud.density_limit import MOST_PER_CUBE, DensityLimit, kept_rows
 from indoor_bim.cloud.las_sample import sample_las
@@ -64,6 +65,17 @@ def test_neither_order_nor_pieces_matter(points):
         again, again_most = sampled(steps[order], points=points, pieces=pieces)
         assert most == again_most
         assert np.array_equal(np.sort(order[again]), rows)
+
+
+@pytest.mark.parametrize("points", [10**9, 60_000])
+def test_little_room_at_first_changes_nothing(monkeypatch, points):
+    steps = np.vstack([dense_points(), np.random.default_rng(4).integers(0, 9000, (40_000, 3))]).astype(np.int32)
+    roomy = sampled(steps, points=points)
+    for name in ("LEAST_ROOM", "MOST_ROOM", "FIRST_LINES"):
+        monkeypatch.setattr(density, name, 1 << 10)
+    narrow = sampled(steps, points=points, pieces=9)
+    assert roomy[1] == narrow[1]
+    assert np.array_equal(roomy[0], narrow[0])
 
 
 def test_there_are_never_more_points_than_allowed():

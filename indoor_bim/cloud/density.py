@@ -15,12 +15,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud import density_loops as loops
 from indoor_bim.cloud.density_limit import MOST_PER_CUBE, DensityLimit
-from indoor_bim.cloud.hash_slots import FREE
 from indoor_bim.threads import even_slices, in_threads, rows_of, threads_for
 
 Array = NDArray[Any]
 
-FIRST_CUBES = 1 << 17
+FIRST_LINES = 1 << 18
 LEAST_ROOM, MOST_ROOM = 1 << 21, 1 << 24
 """Room at first for cubes and points; what is not used of it takes no memory."""
 SPARE = 3
@@ -48,8 +47,7 @@ class DensitySample:
         self.limit, self.most = limit, min(limit.per_cube, MOST_PER_CUBE)
         self._per_side = 1.0 / np.asarray(side, dtype=np.float64)
         self._state = np.zeros(loops.STATE, dtype=np.int64)
-        self._counts: Array = np.zeros((FIRST_CUBES, loops.COUNTS), dtype=np.int16)
-        self._slots: Array = _free_slots(FIRST_CUBES)
+        self._cubes = _free_lines(FIRST_LINES)
         room = min(max(2 * SPARE * limit.points, LEAST_ROOM), MOST_ROOM)
         self._level: Array = np.zeros(room, dtype=np.uint8)
         self._cube_of: Array = np.zeros(room, dtype=np.int32)
@@ -83,8 +81,8 @@ class DensitySample:
             begun()
         done = 0
         while True:
-            tables = (self._state, self._slots, self._counts)
-            loops.add(*given, self.most, done, *tables, self._level, self._cube_of, self._steps, self._more)
+            stored = (self._level, self._cube_of, self._steps, self._more)
+            loops.add(*given, self.most, done, self._state, *_seen_as(self._cubes), *stored)
             done = int(self._state[0])
             if done == len(steps):
                 break
@@ -101,9 +99,7 @@ class DensitySample:
             If even `least_per_cube` points of each cube are too many.
         """
         while True:
-            halvings = self._halvings()
-            loops.spread(self._slots, halvings)
-            rows = self._passing(halvings)
+            rows = self._passing(self._halvings_around())
             if len(rows) <= self.limit.points:
                 break
             self._halve()
@@ -131,15 +127,26 @@ class DensitySample:
         return np.concatenate(in_threads(of_part, even_slices(seen, threads), threads=threads))
 
     def _halvings(self) -> NDArray[np.uint8]:
-        halvings = np.zeros(self._state[1], dtype=np.uint8)
-        loops.halvings_of(self._slots, halvings)
-        return halvings
+        return _seen_as(self._cubes)[2][:, loops.HALVINGS].astype(np.uint8)
+
+    def _halvings_around(self) -> NDArray[np.uint8]:
+        """Most halvings of each cube and of those around it."""
+        keys, _, counts = _seen_as(self._cubes)
+        threads = threads_for(len(keys))
+
+        def of_part(part: slice) -> NDArray[np.uint8]:
+            out = np.zeros(len(keys), dtype=np.uint8)
+            loops.spread(keys, counts, part.start, part.stop, out)
+            return out
+
+        most: NDArray[np.uint8] = np.max(in_threads(of_part, even_slices(len(keys), threads), threads=threads), axis=0)
+        return most
 
     def _halve(self) -> None:
         if self.most < 2 * self.limit.least_per_cube:
             raise TooManyCubesError
         self.most //= 2
-        self._state[3] = loops.halve_all(self._slots, self._counts, self.most)
+        self._state[3] = loops.halve_all(*_seen_as(self._cubes), self.most)
 
     def _drop(self, halvings: NDArray[np.uint8]) -> int:
         """Leave out the stored points that do not pass so many halvings of their cubes; returns how many do."""
@@ -150,10 +157,10 @@ class DensitySample:
 
     def _make_room(self, more: int) -> None:
         """Room for another block of cubes, and for more points: by dropping those that do not stay, or else by wider arrays."""
-        if self._state[1] + loops.BLOCK > len(self._counts):
-            self._counts, slots = _wider(self._counts), _free_slots(2 * len(self._counts))
-            loops.move_slots(self._slots, slots)
-            self._slots = slots
+        if 2 * (self._state[1] + loops.BLOCK) > len(self._cubes):
+            wider = _free_lines(2 * len(self._cubes))
+            loops.move_cubes(_seen_as(self._cubes)[0], _seen_as(wider)[0], int(self._state[2]), self._cube_of)
+            self._cubes = wider
         if self._state[2] + more + loops.BLOCK <= len(self._level):
             return
         self._drop(self._halvings())
@@ -162,11 +169,16 @@ class DensitySample:
             self._steps, self._more = _wider(self._steps), _wider(self._more)
 
 
-def _free_slots(cubes: int) -> Array:
-    """Table with room for twice as many cubes."""
-    slots = np.zeros((2 * cubes, 4), dtype=np.int64)
-    slots[:, loops.KEY] = FREE
-    return slots
+def _free_lines(count: int) -> NDArray[np.uint8]:
+    """Table of so many lines for cubes, each in one line of the cache."""
+    room = np.zeros((count + 1) * loops.LINE, dtype=np.uint8)
+    first = -room.ctypes.data % loops.LINE
+    return room[first : first + count * loops.LINE].reshape(count, loops.LINE)
+
+
+def _seen_as(lines: NDArray[np.uint8]) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int16]]:
+    """Lines as numbers of 64, 32 and 16 bits."""
+    return lines.view(np.int64), lines.view(np.int32), lines.view(np.int16)
 
 
 def _wider(values: Array) -> Array:

@@ -5,22 +5,23 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from indoor_bim.cloud.hash_slots import FOLD, FREE, HASH, HIGH, ONE
+from indoor_bim.cloud.hash_slots import FOLD, HASH, HIGH, ONE
 from indoor_bim.compiled import compiled, inlined
 
-MOST_HALVINGS = 24
 BLOCK = 256
 """Points that are looked up together, so that the processor waits for the memory of all of them at once."""
 STATE = 4
 """Numbers that `add` hands back: points done, cubes, points stored, sum over the cubes of points up to the most that one keeps."""
-KEY, CUBE, SEEN, HALVINGS = 0, 1, 2, 3
-"""What a slot holds of a cube: its key, its row of the counts, points seen, halvings."""
-KEPT, BY_LEVEL = 0, 1
-"""What is counted of a cube: points kept, and those of each level."""
-COUNTS = 32
+LINE = 64
+"""Bytes that tell of a cube, a line of the cache: its key plus one as a number of 64 bits, points seen as one of 32, the rest as numbers
+of 16: halvings, points kept, and the kept points of each level."""
+KEY, SEEN, HALVINGS, KEPT, BY_LEVEL = 0, 2, 6, 7, 8
+"""Where they stand in the line, counted in numbers of their kind; all are 0 in a line that is free."""
+MOST_HALVINGS = 23
 
 _steps = types.Array(types.int32, 2, "A", readonly=True, aligned=False)
-_table, _counts, _slots = types.Array(types.int32, 2, "C"), types.Array(types.int16, 2, "C"), types.Array(types.int64, 2, "C")
+_table = types.Array(types.int32, 2, "C")
+_cubes = (types.Array(types.int64, 2, "C"), types.Array(types.int32, 2, "C"), types.Array(types.int16, 2, "C"))
 _i64, _i32, _u8 = (types.Array(kind, 1, "C") for kind in (types.int64, types.int32, types.uint8))
 _f64 = types.Array(types.float64, 1, "C")
 _bytes, _stored = types.Array(types.uint8, 2, "A", readonly=True), types.Array(types.uint8, 2, "C")
@@ -60,68 +61,66 @@ def _level(word):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _halve(slots, slot, counts, most):  # type: ignore[no-untyped-def]
+def _halve(counts, cube, most):  # type: ignore[no-untyped-def]
     """Halve the share of points that a cube keeps until they are few enough."""
-    cube, halvings = slots[slot, CUBE], slots[slot, HALVINGS]
-    kept = counts[cube, KEPT]
+    kept, halvings = np.int64(counts[cube, KEPT]), np.int64(counts[cube, HALVINGS])
     while kept > most and halvings < MOST_HALVINGS:
         kept -= counts[cube, BY_LEVEL + halvings]
         halvings += 1
-    counts[cube, KEPT], slots[slot, HALVINGS] = kept, halvings
+    counts[cube, KEPT], counts[cube, HALVINGS] = kept, halvings
 
 
 @inlined
-def _first_slot(key, slots):  # type: ignore[no-untyped-def]
-    """Row of the slots where the search for a key begins."""
+def _first_line(key, keys):  # type: ignore[no-untyped-def]
+    """Line where the search for a cube begins."""
     word = np.uint64(key)
-    return (((word ^ word >> FOLD) * HASH) >> HIGH) & np.uint64(len(slots) - 1)
+    return (((word ^ word >> FOLD) * HASH) >> HIGH) & np.uint64(len(keys) - 1)
 
 
 @inlined
-def _slot_from(slot, key, slots):  # type: ignore[no-untyped-def]
-    """Row of the slots, from the given one on, that holds the key, or the free one where it belongs."""
-    wrap = np.uint64(len(slots) - 1)
-    there = slots[slot, KEY]
-    while there != key and there != FREE:
-        slot = (slot + ONE) & wrap
-        there = slots[slot, KEY]
-    return slot
+def _line_from(line, key, keys):  # type: ignore[no-untyped-def]
+    """Line, from the given one on, that holds the cube, or the free one where it belongs."""
+    wrap = np.uint64(len(keys) - 1)
+    there = keys[line, KEY]
+    while there != key + 1 and there != 0:
+        line = (line + ONE) & wrap
+        there = keys[line, KEY]
+    return line
 
 
-@compiled(_steps, _bytes, _i64, _f64, types.int64, types.int64, _i64, _slots, _counts, _u8, _i32, _table, _stored)
-def add(steps, raw, columns, per_side, most, start, state, slots, counts, level, cube_of, stored, more):  # type: ignore[no-untyped-def]
+@compiled(_steps, _bytes, _i64, _f64, types.int64, types.int64, _i64, *_cubes, _u8, _i32, _table, _stored)
+def add(steps, raw, columns, per_side, most, start, state, keys, seen, counts, level, cube_of, stored, more):  # type: ignore[no-untyped-def]
     """Add points until there is no room for another block of cubes or points; `state` says how far it went.
 
-    Of what comes with each, the bytes in some columns are kept.
+    Of what comes with each, the bytes in some columns are kept. `keys`, `seen` and `counts` are the lines of the cubes, seen as numbers of
+    64, 32 and 16 bits.
     """
     used, points, bounded = state[1], state[2], state[3]
     here = start
-    keys, slot_of = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.uint64)
+    key_of, line_of = np.zeros(BLOCK, np.int64), np.zeros(BLOCK, np.uint64)
     survived, passing = np.zeros(BLOCK, np.int64), np.zeros(BLOCK + 1, np.int64)
-    while here < len(steps) and points + BLOCK <= len(level) and used + BLOCK <= len(counts):
+    while here < len(steps) and points + BLOCK <= len(level) and 2 * (used + BLOCK) <= len(keys):
         block = min(BLOCK, len(steps) - here)
         for n in range(block):
             x, y, z = steps[here + n, 0], steps[here + n, 1], steps[here + n, 2]
             i, j, k = np.floor((x + 0.5) * per_side[0]), np.floor((y + 0.5) * per_side[1]), np.floor((z + 0.5) * per_side[2])
             key = _key(i, j, k)
-            keys[n], slot_of[n], survived[n] = key, _first_slot(key, slots), _level(_mixed(x, y, z))
+            key_of[n], line_of[n], survived[n] = key, _first_line(key, keys), _level(_mixed(x, y, z))
         found = 0
         for n in range(block):
-            slot = _slot_from(slot_of[n], keys[n], slots)
-            if slots[slot, KEY] == FREE:
-                slots[slot, KEY], slots[slot, CUBE] = keys[n], used
+            cube = _line_from(line_of[n], key_of[n], keys)
+            if keys[cube, KEY] == 0:
+                keys[cube, KEY] = key_of[n] + 1
                 used += 1
-            seen = slots[slot, SEEN] + 1
-            slots[slot, SEEN] = seen
-            bounded += seen <= most
-            slot_of[n], passing[found] = slot, n
-            found += survived[n] >= slots[slot, HALVINGS]
+            seen[cube, SEEN] += 1
+            bounded += seen[cube, SEEN] <= most
+            line_of[n], passing[found] = cube, n
+            found += survived[n] >= counts[cube, HALVINGS]
         for m in range(found):
             n = passing[m]
-            slot = slot_of[n]
-            if survived[n] < slots[slot, HALVINGS]:  # since this block began
+            cube = line_of[n]
+            if survived[n] < counts[cube, HALVINGS]:  # since this block began
                 continue
-            cube = slots[slot, CUBE]
             level[points], cube_of[points] = survived[n], cube
             for axis in range(3):
                 stored[points, axis] = steps[here + n, axis]
@@ -131,19 +130,18 @@ def add(steps, raw, columns, per_side, most, start, state, slots, counts, level,
             counts[cube, BY_LEVEL + survived[n]] += 1
             counts[cube, KEPT] += 1
             if counts[cube, KEPT] > most:
-                _halve(slots, slot, counts, most)
+                _halve(counts, cube, most)
         here += block
     state[0], state[1], state[2], state[3] = here, used, points, bounded
 
 
-@compiled(_slots, _counts, types.int64)
-def halve_all(slots, counts, most):  # type: ignore[no-untyped-def]
+@compiled(*_cubes, types.int64)
+def halve_all(keys, seen, counts, most):  # type: ignore[no-untyped-def]
     """Halve in all cubes for a new limit; returns the sum over the cubes of points up to it."""
     bounded = 0
-    for slot in range(len(slots)):
-        if slots[slot, KEY] != FREE:
-            bounded += min(slots[slot, SEEN], most)
-            _halve(slots, slot, counts, most)
+    for cube in range(len(keys)):
+        bounded += min(np.int64(seen[cube, SEEN]), most)
+        _halve(counts, cube, most)
     return bounded
 
 
@@ -179,33 +177,30 @@ def take_columns(more, rows, first, out):  # type: ignore[no-untyped-def]
             out[n, column] = more[rows[n], first + column]
 
 
-@compiled(_slots, _slots)
-def move_slots(slots, wider):  # type: ignore[no-untyped-def]
-    """Move all cubes to a table with free slots."""
-    for old in range(len(slots)):
-        if slots[old, KEY] != FREE:
-            wider[_slot_from(_first_slot(slots[old, KEY], wider), slots[old, KEY], wider)] = slots[old]
+@compiled(_cubes[0], _cubes[0], types.int64, _i32)
+def move_cubes(keys, wider, points, cube_of):  # type: ignore[no-untyped-def]
+    """Move the cubes to a table of more lines, and with them the points."""
+    moved = np.zeros(len(keys), np.int32)
+    for cube in range(len(keys)):
+        if keys[cube, KEY] != 0:
+            key = keys[cube, KEY] - 1
+            to = _line_from(_first_line(key, wider), key, wider)
+            wider[to], moved[cube] = keys[cube], to
+    for place in range(points):
+        cube_of[place] = moved[cube_of[place]]
 
 
-@compiled(_slots, _u8)
-def halvings_of(slots, out):  # type: ignore[no-untyped-def]
-    """Halvings of each cube."""
-    for slot in range(len(slots)):
-        if slots[slot, KEY] != FREE:
-            out[slots[slot, CUBE]] = slots[slot, HALVINGS]
-
-
-@compiled(_slots, _u8)
-def spread(slots, out):  # type: ignore[no-untyped-def]
-    """Most halvings of each cube and the cubes around it."""
-    for middle in range(len(slots)):
-        halvings = slots[middle, HALVINGS]
-        if slots[middle, KEY] == FREE or halvings == 0:
+@compiled(_cubes[0], _cubes[2], types.int64, types.int64, _u8)
+def spread(keys, counts, first, last, out):  # type: ignore[no-untyped-def]
+    """Most halvings of each cube and the cubes around it, as far as those of some lines tell."""
+    for middle in range(first, last):
+        halvings = counts[middle, HALVINGS]
+        if halvings == 0:
             continue
-        i, j, k = slots[middle, KEY] >> 42, slots[middle, KEY] >> 21 & 0x1FFFFF, slots[middle, KEY] & 0x1FFFFF
+        key = keys[middle, KEY] - 1
+        i, j, k = key >> 42, key >> 21 & 0x1FFFFF, key & 0x1FFFFF
         for step in range(27):
-            key = _key(i + step // 9 - 1, j + step // 3 % 3 - 1, k + step % 3 - 1)
-            slot = _slot_from(_first_slot(key, slots), key, slots)
-            if slots[slot, KEY] != FREE:
-                other = slots[slot, CUBE]
-                out[other] = max(np.int64(out[other]), halvings)
+            around = _key(i + step // 9 - 1, j + step // 3 % 3 - 1, k + step % 3 - 1)
+            cube = _line_from(_first_line(around, keys), around, keys)
+            if keys[cube, KEY] != 0:
+                out[cube] = max(np.int64(out[cube]), np.int64(halvings))
