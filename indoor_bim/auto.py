@@ -16,6 +16,7 @@ from indoor_bim.cloud.no_walls import no_walls
 from indoor_bim.errors import NothingToReconstructError
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.arc_chains import chain_ends, with_curved_walls
+from indoor_bim.plan.arcs import wall_spots
 from indoor_bim.plan.beams import without_beams
 from indoor_bim.plan.built_in import without_bare_niches, without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
@@ -108,7 +109,7 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     curves: tuple[Curve, ...] = ()
     straight = len(sweeps)
     if overhead is not None:
-        lines, sweeps, curves = with_curved_walls(lines, sweeps, wall_points)
+        lines, sweeps, curves = with_curved_walls(lines, sweeps, wall_points, wall_spots(wall_points))
     if sensor is None:
         lines = lines.take(look_into_free_space(lines, space.hit))
     dense = space.denser_than(AFAR)

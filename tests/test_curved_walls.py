@@ -102,7 +102,8 @@ def test_a_run_goes_on_over_the_seam_and_stops_at_gaps():
     [(2.4, 20, 340, True), (2.6, 20, 340, False), (11.85, 60, 105, True), (1.35, 10, 100, True), (6.0, 200, 240, False)],
 )
 def test_an_arc_is_found_where_it_is(radius, start, end, within, noise):
-    (arc,) = find_arcs(scanned_arc((3, -2), radius, start, end, within=within, noise=noise), FaceLines.none())
+    points = scanned_arc((3, -2), radius, start, end, within=within, noise=noise)
+    (arc,) = find_arcs(points, FaceLines.none(), wall_spots(points))
     assert arc.from_within == within
     assert arc.radius == pytest.approx(radius, abs=4 * np.sqrt(arc.covariance[2, 2]) + 0.001)
     assert arc.centre == pytest.approx([3, -2], abs=4 * np.sqrt(arc.covariance[:2, :2].max()) + 0.001)
@@ -137,7 +138,7 @@ def test_what_is_not_curved_is_no_arc(straight, noise):
     points = straight()
     rng = np.random.default_rng(1)
     points = replace(points, xy=points.xy + rng.normal(0, noise, points.xy.shape))
-    lines, sweeps, curves = with_curved_walls(none := FaceLines.none(), some := [], points)
+    lines, sweeps, curves = with_curved_walls(none := FaceLines.none(), some := [], points, wall_spots(points))
     assert curves == ()
     assert lines is none
     assert sweeps is some
@@ -146,7 +147,8 @@ def test_what_is_not_curved_is_no_arc(straight, noise):
 def test_arcs_do_not_depend_on_the_order_of_the_points():
     points = together(scanned_arc((0, 0), 2.4, 0, 250), scanned_arc((9, 1), 6.0, 240, 300))
     shuffled = np.random.default_rng(3).permutation(len(points))
-    for first, again in zip(find_arcs(points, FaceLines.none()), find_arcs(points.take(shuffled), FaceLines.none()), strict=True):
+    found = [find_arcs(given, FaceLines.none(), wall_spots(given)) for given in (points, points.take(shuffled))]
+    for first, again in zip(*found, strict=True):
         assert [first.radius, first.start, first.end, *first.centre] == [again.radius, again.start, again.end, *again.centre]
 
 
@@ -154,7 +156,7 @@ def test_arcs_do_not_depend_on_the_order_of_the_points():
 def drum():
     """Chain of the two faces of a wall 0.2 m thick that goes three quarters round."""
     points = together(scanned_arc((1, 2), 2.4, 0, 270), scanned_arc((1, 2), 2.6, 0, 270, within=False))
-    return points, *with_curved_walls(FaceLines.none(), [], points)
+    return points, *with_curved_walls(FaceLines.none(), [], points, wall_spots(points))
 
 
 def test_both_faces_are_one_curve_whose_pieces_keep_to_it(drum):
@@ -179,7 +181,7 @@ def test_straight_lines_along_a_curve_make_room_for_the_chain(drum):
     points, *_ = drum
     tangents = FaceLines(np.array([np.pi / 2, 0.0]), np.array([-3.39, 9.0]), np.array([1.6, 0.0]), np.array([2.4, 3.0]), *[np.zeros(2)] * 2)
     tangents = replace(tangents, family=np.zeros(2, dtype=np.int64))
-    lines, _, curves = with_curved_walls(tangents, [], points)
+    lines, _, curves = with_curved_walls(tangents, [], points, wall_spots(points))
     assert len(lines) == 2 * curves[0].pieces + 1
     assert lines.offset[0] == 9.0
 

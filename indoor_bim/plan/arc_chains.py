@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan.arc_fit import COLUMN, FINE, Arc
-from indoor_bim.plan.arcs import ON_ARC, UPPER, Spots, explained_by_straight_lines, find_arcs, wall_spots
+from indoor_bim.plan.arcs import ON_ARC, Spots, explained_by_straight_lines, find_arcs
 from indoor_bim.plan.curve import THICKEST, THINNEST, Curve
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines, join_lines
@@ -28,7 +28,9 @@ CONVEX_RADIUS = 0.75
 """Smaller circles that were seen from outside are columns, metres."""
 
 
-def with_curved_walls(lines: FaceLines, sweeps: list[Sweep], points: WallPoints) -> tuple[FaceLines, list[Sweep], tuple[Curve, ...]]:
+def with_curved_walls(
+    lines: FaceLines, sweeps: list[Sweep], points: WallPoints, spots: Spots
+) -> tuple[FaceLines, list[Sweep], tuple[Curve, ...]]:
     """Lines with chains of pieces along curved walls, in place of the straight lines that were found there.
 
     Parameters
@@ -39,6 +41,8 @@ def with_curved_walls(lines: FaceLines, sweeps: list[Sweep], points: WallPoints)
         Sweeps that show them.
     points : WallPoints
         Candidates.
+    spots : Spots
+        Their spots, as by `arcs.wall_spots`.
 
     Returns
     -------
@@ -49,10 +53,9 @@ def with_curved_walls(lines: FaceLines, sweeps: list[Sweep], points: WallPoints)
     curves : tuple of Curve
         Circles of the chains; empty, and everything else unchanged, where no wall is curved.
     """
-    arcs = [arc for arc in find_arcs(points, lines) if arc.from_within or arc.radius > CONVEX_RADIUS or points.sensor is None]
+    arcs = [arc for arc in find_arcs(points, lines, spots) if arc.from_within or arc.radius > CONVEX_RADIUS or points.sensor is None]
     if not arcs:
         return lines, sweeps, ()
-    spots = wall_spots(points.take(points.rise > UPPER))
     loose = spots.take(~explained_by_straight_lines(spots, lines))
     curves, chains, found = [], [], list(sweeps)
     for group in _walls_of(arcs):

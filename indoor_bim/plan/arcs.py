@@ -48,7 +48,7 @@ class Spots:
         return replace(self, xy=self.xy[rows], tangent=self.tangent[rows])
 
 
-def find_arcs(points: WallPoints, lines: FaceLines, *, most: int = 40) -> list[Arc]:
+def find_arcs(points: WallPoints, lines: FaceLines, spots: Spots, *, most: int = 40) -> list[Arc]:
     """Arcs that explain what straight lines do not, the longest first.
 
     Two spots whose tangents make equal angles with their chord lie on a circle. The circles that most spots lie on are fitted to the points
@@ -60,12 +60,13 @@ def find_arcs(points: WallPoints, lines: FaceLines, *, most: int = 40) -> list[A
         Candidates.
     lines : FaceLines
         Straight lines that were found.
+    spots : Spots
+        Spots of the points high on walls, as by `wall_spots`.
     most : int
         Largest number of arcs.
     """
-    high = points.take(points.rise > UPPER)
-    spots = wall_spots(high)
     left = spots.take(~explained_by_straight_lines(spots, lines))
+    high = points.take(points.rise > UPPER) if len(left) else points
     arcs: list[Arc] = []
     while len(left) and len(arcs) < most:
         found = [arc for arc in _arcs_by_votes(left, high) if not any(_same(arc, other) for other in arcs)]
@@ -83,7 +84,7 @@ def wall_spots(points: WallPoints, *, reach: float = 0.10, fewest: int = 5) -> S
     Parameters
     ----------
     points : WallPoints
-        Points high on walls.
+        Candidates; those high on walls count.
     reach : float
         Spots this close to one another tell the direction of the wall, metres: the faces of a wall are farther apart.
     fewest : int
@@ -91,6 +92,7 @@ def wall_spots(points: WallPoints, *, reach: float = 0.10, fewest: int = 5) -> S
     """
     from scipy.spatial import cKDTree
 
+    points = points.take(points.rise > UPPER)
     if not len(points):
         return Spots(np.zeros((0, 2)), np.zeros((0, 2)))
     count, hit, sums = _sums_in_cells(points)
