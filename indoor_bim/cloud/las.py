@@ -103,13 +103,15 @@ class LasFile:
         self.has_time = "gps_time" in self.kind.names
         self.classes = "raw_classification" if "raw_classification" in self.kind.names else "classification"
 
-    def records(self, *, size: int = CHUNK, progress: Callable[[float], None] | None = None) -> Iterator[NDArray[np.void]]:
-        """Points of at most `size` records each; `ReadError` if they are fewer than announced.
+    def records(
+        self, *, size: int = CHUNK, at_once: int = 1, progress: Callable[[float], None] | None = None
+    ) -> Iterator[NDArray[np.void]]:
+        """Pieces of at most `size` point records; `ReadError` if they are fewer than announced.
 
-        Compressed ones are overwritten when the piece after the next is asked for.
+        Of compressed files so many pieces are kept `at_once`; then the room of the first is used again.
         """
-        done, turn = 0, cycle((0, 1))
-        room = np.zeros((2, min(size, self.count) * self.kind.itemsize if self.header.are_points_compressed else 0), dtype=np.uint8)
+        done, turn = 0, cycle(range(at_once))
+        room = np.zeros((at_once, min(size, self.count) * self.kind.itemsize if self.header.are_points_compressed else 0), dtype=np.uint8)
         while done < self.count:
             count = min(size, self.count - done)
             if self.header.are_points_compressed:

@@ -61,7 +61,7 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
     metres = np.abs(file.header.scales) * _metres_per_unit(file, unit, declared)
     kind = np.dtype([(name, file.kind[name]) for name in ("intensity", file.classes, "gps_time") if name in (file.kind.names or ())])
     sample = DensitySample(side=np.maximum(np.rint(side / metres), 1).astype(np.int64), limit=limit, kind=kind)
-    records = file.records(size=PIECE, progress=progress)
+    records = file.records(size=PIECE, at_once=2, progress=progress)
     record = next(records, None)
     with ThreadPoolExecutor(1) as pool:
         while record is not None:
