@@ -20,7 +20,7 @@ from indoor_bim.threads import even_slices, in_threads, rows_of, threads_for
 Array = NDArray[Any]
 
 FIRST_LINES = 1 << 18
-LEAST_ROOM, MOST_ROOM = 1 << 21, 1 << 24
+LEAST_ROOM, MOST_ROOM = 1 << 21, 1 << 23
 """Room at first for cubes and points; what is not used of it takes no memory."""
 SPARE = 3
 """While they are added, as many times the points may be stored as may be kept in the end."""
@@ -126,9 +126,6 @@ class DensitySample:
 
         return np.concatenate(in_threads(of_part, even_slices(seen, threads), threads=threads))
 
-    def _halvings(self) -> NDArray[np.uint8]:
-        return _seen_as(self._cubes)[2][:, loops.HALVINGS].astype(np.uint8)
-
     def _halvings_around(self) -> NDArray[np.uint8]:
         """Most halvings of each cube and of those around it."""
         keys, _, counts = _seen_as(self._cubes)
@@ -148,12 +145,9 @@ class DensitySample:
         self.most //= 2
         self._state[3] = loops.halve_all(*_seen_as(self._cubes), self.most)
 
-    def _drop(self, halvings: NDArray[np.uint8]) -> int:
-        """Leave out the stored points that do not pass so many halvings of their cubes; returns how many do."""
-        seen = int(self._state[2])
-        left = int(loops.drop(seen, halvings, self._level, self._cube_of, self._steps, self._more))
-        self._state[2] = left
-        return left
+    def _drop(self, halvings: NDArray[np.uint8]) -> None:
+        """Leave out the stored points that do not pass so many halvings of their cubes."""
+        self._state[2] = loops.drop(int(self._state[2]), halvings, self._level, self._cube_of, self._steps, self._more)
 
     def _make_room(self, more: int) -> None:
         """Room for another block of cubes, and for more points: by dropping those that do not stay, or else by wider arrays."""
@@ -163,7 +157,7 @@ class DensitySample:
             self._cubes = wider
         if self._state[2] + more + loops.BLOCK <= len(self._level):
             return
-        self._drop(self._halvings())
+        self._drop(self._halvings_around())
         while self._state[2] > min(len(self._level) - more - loops.BLOCK, 0.7 * len(self._level)):
             self._level, self._cube_of = _wider(self._level), _wider(self._cube_of)
             self._steps, self._more = _wider(self._steps), _wider(self._more)
