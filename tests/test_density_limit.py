@@ -25,9 +25,10 @@ def sampled(steps, *, per_cube=32, points=10**9, pieces=1):
     rows = np.arange(len(steps))
     for part in np.array_split(rows, pieces):
         sample.add(steps[part], part.view(kind))
-    kept, values = sample.points()
-    assert np.array_equal(kept, steps[values["row"]])
-    return values["row"], sample.most
+    kept = sample.kept()
+    row = sample.attribute("row", kept)
+    assert np.array_equal(sample.steps(kept), steps[row])
+    return row, sample.most
 
 
 def mixed(steps):

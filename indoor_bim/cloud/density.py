@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud import density_loops as loops
 from indoor_bim.cloud.density_limit import MOST_PER_CUBE, DensityLimit
-from indoor_bim.threads import even_slices, in_threads, rows_of, threads_for
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 Array = NDArray[Any]
 
@@ -90,8 +90,8 @@ class DensitySample:
         while self._state[3] > SPARE * self.limit.points:
             self._halve()
 
-    def points(self) -> tuple[NDArray[np.int32], dict[str, Array]]:
-        """Kept points in the order in which they were added: whole coordinates and attributes; nothing can be added any more.
+    def kept(self) -> NDArray[np.int32]:
+        """Places (k,) of the kept points, in the order in which they were added; nothing can be added any more.
 
         Raises
         ------
@@ -101,18 +101,19 @@ class DensitySample:
         while True:
             rows = self._passing(self._halvings_around())
             if len(rows) <= self.limit.points:
-                break
+                return rows
             self._halve()
-        return rows_of(self._steps, rows), {name: self._attribute(name, rows) for name in self._kind.names or ()}
 
-    def _attribute(self, name: str, rows: NDArray[np.int32]) -> Array:
-        """One attribute of some of the stored points."""
+    def steps(self, places: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Whole coordinates (k, 3) of the points at some places."""
+        return self._steps.take(places, axis=0)
+
+    def attribute(self, name: str, places: NDArray[np.int32]) -> Array:
+        """One attribute (k,) of the points at some places."""
         fields: Any = self._kind.fields
-        (kind, first), threads = fields[name], threads_for(len(rows))
-        out = np.zeros((len(rows), kind.itemsize), dtype=np.uint8)
-        in_threads(
-            lambda part: loops.take_columns(self._more, rows[part], first, out[part]), even_slices(len(rows), threads), threads=threads
-        )
+        (kind, first), threads = fields[name], threads_for(len(places))
+        out, parts = np.zeros((len(places), kind.itemsize), dtype=np.uint8), even_slices(len(places), threads)
+        in_threads(lambda part: loops.take_columns(self._more, places[part], first, out[part]), parts, threads=threads)
         return out.reshape(-1).view(kind)
 
     def _passing(self, halvings: NDArray[np.uint8]) -> NDArray[np.int32]:

@@ -91,4 +91,4 @@ def kept_rows(points: NDArray[np.float64], *, limit: DensityLimit, metres: float
         except TooManyCubesError:
             side *= 2
             continue
-        return sample.points()[1]["row"], sample.most
+        return sample.attribute("row", sample.kept()), sample.most

@@ -16,6 +16,7 @@ from indoor_bim.cloud.density_limit import PIECE, SIDE, DensityLimit
 from indoor_bim.cloud.las import LasFile, open_las, read_las
 from indoor_bim.cloud.raw import RawScan
 from indoor_bim.cloud.units import METRES_PER_UNIT, TALLEST_SCAN
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 logger = logging.getLogger(__name__)
 
@@ -68,9 +69,10 @@ def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress
             adding = _begin_to_add(sample, file.steps(record), record, pool)
             record = next(records, None)
             adding.result()
-    kept, values = sample.points()
-    points = file.coordinates(kept)
+    kept = sample.kept()
+    points = _coordinates(file, sample, kept)
     logger.info("kept %s of %s points, %d or fewer of each cube of %.0f cm", f"{len(points):,}", f"{file.count:,}", sample.most, 100 * side)
+    values = {name: sample.attribute(name, kept) for name in kind.names or ()}
     times, classes, intensity = values.get("gps_time"), file.class_of(values), values["intensity"]
     return RawScan(
         points,
@@ -90,6 +92,19 @@ def _begin_to_add(sample: DensitySample, steps: NDArray[np.int32], records: NDAr
     adding.add_done_callback(lambda _: begun.set())
     begun.wait()
     return adding
+
+
+def _coordinates(file: LasFile, sample: DensitySample, places: NDArray[np.int32], *, at_once: int = 1 << 15) -> NDArray[np.float64]:
+    """Coordinates (k, 3) of the points at some places, some at a time: whole ones of all of them would take half as much memory again."""
+    points, threads = np.zeros((len(places), 3)), threads_for(len(places))
+
+    def place(part: slice) -> None:
+        for start in range(part.start, part.stop, at_once):
+            few = slice(start, min(start + at_once, part.stop))
+            file.coordinates(sample.steps(places[few]), points[few])
+
+    in_threads(place, even_slices(len(places), threads), threads=threads)
+    return points
 
 
 def _metres_per_unit(file: LasFile, unit: str, declared: str | None) -> float:
