@@ -37,7 +37,7 @@ from indoor_bim.plan.room_outlines import OutlineRing, RoomOutline, room_outline
 from indoor_bim.plan.scanner_path import known_positions
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.storey_plan import StoreyPlan
-from indoor_bim.threads import both, rows_of, threads_for
+from indoor_bim.threads import both, threads_for
 
 logger = logging.getLogger(__name__)
 Floats = NDArray[np.float64]
@@ -96,7 +96,7 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     low, high = extent(overhead, sample, floor=floor, top=top)
     near = ev.rows_within(points, np.array([*low, floor - 0.1]), np.array([*high, top]))
     sensor = known_positions(levelled.trajectory, gps_time, near)
-    points = rows_of(points, near) if len(near) < len(points) else points
+    points = ev.points_at(points, near) if len(near) < len(points) else points
     filled = fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):

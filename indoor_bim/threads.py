@@ -6,16 +6,11 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from functools import cache
-from typing import TYPE_CHECKING, Any, TypeVar
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
+from typing import Any, TypeVar
 
 Item = TypeVar("Item")
 Outcome = TypeVar("Outcome")
 Other = TypeVar("Other")
-Kind = TypeVar("Kind", bound="np.generic")
 
 MOST_THREADS = 8
 POINTS_PER_THREAD = 50_000
@@ -109,22 +104,3 @@ def even_slices(length: int, count: int) -> list[slice]:
     [slice(0, 2, None), slice(2, 5, None)]
     """
     return [slice(length * i // count, length * (i + 1) // count) for i in range(count)]
-
-
-def rows_of(table: NDArray[Kind], rows: NDArray[np.integer]) -> NDArray[Kind]:
-    """Rows (k, ...) of an array (n, ...), copied in threads.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> rows_of(np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]]), np.array([2, 0])).tolist()
-    [[5.0, 6.0], [1.0, 2.0]]
-    """
-    import numpy as np
-
-    out = np.zeros((len(rows), *table.shape[1:]), dtype=table.dtype)
-    threads = threads_for(len(rows))
-    in_threads(
-        lambda part: np.take(table, rows[part], axis=0, out=out[part], mode="clip"), even_slices(len(rows), threads), threads=threads
-    )
-    return out

@@ -45,7 +45,7 @@ def test_layers_that_are_hit(xy):
     rise = np.random.default_rng(3).uniform(0.5, 1.1, len(xy))
     raster = Raster(np.zeros((20, 30)), np.array([0.0, 0.0]), 0.3)
     points = ev.WallPoints(xy, rise, 1 - rise, None)
-    parts = [ev.upper_layers(points.take(slice(k, None, 2)), raster) for k in range(2)]
+    parts = [ev.upper_layers(points.take(np.arange(k, len(points), 2)), raster) for k in range(2)]
     whole = ev.upper_layers(points, raster)
     assert np.array_equal(whole, parts[0] | parts[1])
     assert whole.max() >> 18
@@ -93,6 +93,9 @@ def test_density_of_large_images_is_that_of_small_ones(shape, monkeypatch):
 def test_rows_within_a_box(points):
     low, high = np.array([0.0, 1.0, -0.05]), np.array([8.0, 9.0, 0.06])
     rows = ev.rows_within(points, low, high)
+    assert np.array_equal(ev.points_at(points, rows), points[rows])
+    assert np.array_equal(ev.points_at(points, np.arange(len(points))), points)
+    assert len(points) > ev.FEW_POINTS > len(rows[:9])
     assert np.array_equal(rows, np.flatnonzero(((points > low) & (points < high)).all(axis=1)))
     few = points[: ev.FEW_POINTS]
     assert np.array_equal(ev.rows_within(few, low, high), rows[rows < len(few)])

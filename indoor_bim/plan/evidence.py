@@ -49,7 +49,7 @@ class WallPoints:
 
     def take(self, rows: NDArray) -> WallPoints:
         """Points of the given rows (indices or mask)."""
-        places = np.flatnonzero(rows) if isinstance(rows, np.ndarray) and rows.dtype == bool else np.arange(len(self))[rows]
+        places = np.flatnonzero(rows) if rows.dtype == bool else rows
         sensor = None if self.sensor is None else self.sensor.take(places, axis=0)
         return WallPoints(self.xy.take(places, axis=0), self.rise.take(places), self.depth.take(places), sensor)
 
@@ -190,6 +190,17 @@ def rows_within(points: Floats, low: Floats, high: Floats) -> NDArray[np.int64]:
         _in_parts(lambda part: in_box(points[part], low, high, inside[part]), len(points))
         return np.flatnonzero(inside)
     return np.flatnonzero(((points > low) & (points < high)).all(axis=1))
+
+
+def points_at(points: Floats, rows: NDArray[np.int64]) -> Floats:
+    """Points (k, 3) of some rows, copied."""
+    if len(rows) <= FEW_POINTS:
+        return points.take(rows, axis=0)
+    from indoor_bim.plan.raster_loops import copy_points
+
+    points, some = np.ascontiguousarray(points), np.zeros((len(rows), 3))
+    _in_parts(lambda part: copy_points(points, rows[part], some[part]), len(rows))
+    return some
 
 
 def hit_raster(xy: Floats, *, low: Floats, high: Floats, cell: float) -> Raster:

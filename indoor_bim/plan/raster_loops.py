@@ -85,6 +85,13 @@ def step_towards(xy, sensor, step, out):  # type: ignore[no-untyped-def]
         out[n, 0], out[n, 1] = xy[n, 0] + step * x / far, xy[n, 1] + step * y / far
 
 
+@compiled(_solid, types.Array(types.int64, 1, "C", readonly=True), _spots)
+def copy_points(points, rows, out):  # type: ignore[no-untyped-def]
+    """Copy the points of some rows."""
+    for n in range(len(rows)):
+        out[n, 0], out[n, 1], out[n, 2] = points[rows[n], 0], points[rows[n], 1], points[rows[n], 2]
+
+
 @compiled(_solid, _given, _given, _bools)
 def in_box(points, low, high, inside):  # type: ignore[no-untyped-def]
     """Whether points lie within a box."""
