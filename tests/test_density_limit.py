@@ -6,9 +6,11 @@ import pytest
 from indoor_bim.cloud import density
 from indoor_bim.cloud.density import DensitySample
 from indoor_bim.cloud.density_limit import MOST_PER_CUBE, DensityLimit, kept_rows
+from indoor_bim.cloud.las import LasFile
 from indoor_bim.cloud.las_sample import sample_las
 from indoor_bim.cloud.read import read
 from indoor_bim.cloud.write import write_las
+from indoor_bim.errors import ReadError
 from indoor_bim.params import ReadParams
 
 
@@ -154,3 +156,21 @@ def test_more_points_of_a_cube_than_can_be_counted_cannot_be_asked_for():
     rows, most = sampled(cube, per_cube=10**6)
     assert most == MOST_PER_CUBE
     assert 0.2 * MOST_PER_CUBE < len(rows) <= MOST_PER_CUBE
+
+
+def test_what_goes_wrong_while_a_piece_is_thinned_is_named(tmp_path, monkeypatch):
+    path = tmp_path / "scan.laz"
+    write_las(path, dense_points(6000) / 1000.0)
+    whole = LasFile.records
+
+    def cut_short(file, **options):
+        yield from whole(file, **options)
+        raise OSError("failed to fill whole buffer")
+
+    monkeypatch.setattr(LasFile, "records", cut_short)
+    with pytest.raises(ReadError, match=r"scan\.laz: the LAS/LAZ file is damaged or cut short \(failed to fill whole buffer\)"):
+        sample_las(path, limit=DensityLimit(8, 10**9))
+    monkeypatch.setattr(LasFile, "records", whole)
+    monkeypatch.setattr(density.loops, "add", lambda *_: 1 / 0)
+    with pytest.raises(ReadError, match=r"scan\.laz"):
+        sample_las(path, limit=DensityLimit(8, 10**9))
