@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from indoor_bim.cloud import density
+from indoor_bim.cloud import density, las_sample
 from indoor_bim.cloud.density import DensitySample
 from indoor_bim.cloud.density_limit import MOST_PER_CUBE, DensityLimit, kept_rows
 from indoor_bim.cloud.las import LasFile
@@ -158,6 +158,19 @@ def test_more_points_of_a_cube_than_can_be_counted_cannot_be_asked_for():
     assert 0.2 * MOST_PER_CUBE < len(rows) <= MOST_PER_CUBE
 
 
+def test_pieces_of_a_file_keep_the_same_points(tmp_path, monkeypatch):
+    path = tmp_path / "scan.laz"
+    points = dense_points() / 1000.0
+    write_las(path, points, gps_time=np.arange(len(points)) + 1.0, intensity=np.arange(len(points)) % 999)
+    limit = DensityLimit(32, 10**9)
+    whole = sample_las(path, limit=limit)
+    monkeypatch.setattr(las_sample, "PIECE", 5000)
+    pieces = sample_las(path, limit=limit)
+    for name in ("points", "gps_time", "intensity"):
+        assert np.array_equal(getattr(whole, name), getattr(pieces, name))
+    np.testing.assert_allclose(pieces.points, points[pieces.gps_time.astype(int) - 1], atol=1e-9)
+
+
 def test_what_goes_wrong_while_a_piece_is_thinned_is_named(tmp_path, monkeypatch):
     path = tmp_path / "scan.laz"
     write_las(path, dense_points(6000) / 1000.0)
@@ -171,6 +184,6 @@ def test_what_goes_wrong_while_a_piece_is_thinned_is_named(tmp_path, monkeypatch
     with pytest.raises(ReadError, match=r"scan\.laz: the LAS/LAZ file is damaged or cut short \(failed to fill whole buffer\)"):
         sample_las(path, limit=DensityLimit(8, 10**9))
     monkeypatch.setattr(LasFile, "records", whole)
-    monkeypatch.setattr(density.loops, "add", lambda *_: 1 / 0)
+    monkeypatch.setattr(DensitySample, "_make_room", lambda *_: 1 / 0)
     with pytest.raises(ReadError, match=r"scan\.laz"):
         sample_las(path, limit=DensityLimit(8, 10**9))
