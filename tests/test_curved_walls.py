@@ -21,7 +21,7 @@ from indoor_bim.model import Curve as ModelCurve
 from indoor_bim.pipeline import reconstruct
 from indoor_bim.plan.arc_chains import with_curved_walls
 from indoor_bim.plan.arc_fit import FINE, circle_through, longest_run
-from indoor_bim.plan.arcs import find_arcs, wall_spots
+from indoor_bim.plan.arcs import UPPER, find_arcs, wall_spots
 from indoor_bim.plan.curve import Curve
 from indoor_bim.plan.curved_walls import pieces_of_curves, with_common_curves
 from indoor_bim.plan.evidence import FEW_POINTS, WallPoints
@@ -68,8 +68,8 @@ def together(*parts):
 
 
 def test_spots_are_the_same_whether_cells_are_counted_or_sorted():
-    points = scanned_arc((3, -2), 4.0, 10, 80, per_metre=200)
-    assert len(points) > FEW_POINTS
+    points = scanned_arc((3, -2), 4.0, 10, 80, per_metre=600)
+    assert np.count_nonzero(points.rise > UPPER) > FEW_POINTS
     far = WallPoints(np.vstack([points.xy, [9e3, 9e3]]), np.append(points.rise, 1.0), np.append(points.depth, 0.1), None)
     counted, sorted_ = wall_spots(points), wall_spots(far)
     assert len(counted) > 100
