@@ -37,17 +37,18 @@ def order_of(keys: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def ascending(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Finite numbers (n,) in ascending order; fast where no small interval holds most of them.
+    """Numbers (n,) in ascending order; fast where all are finite and no small interval holds most of them.
 
     Examples
     --------
     >>> ascending(np.array([0.5, -1.0, 0.25])).tolist()
     [-1.0, 0.25, 0.5]
     """
-    if len(values) <= FEW:
+    low, high = (float(values.min()), float(values.max())) if len(values) else (0.0, 0.0)
+    if len(values) <= FEW or not np.isfinite(high - low):
         return np.sort(values)
     from indoor_bim.ordering_loops import from_buckets
 
     out = np.zeros(len(values))
-    from_buckets(np.ascontiguousarray(values), float(values.min()), float(values.max()), out)
+    from_buckets(np.ascontiguousarray(values), low, high, out)
     return out

@@ -25,3 +25,10 @@ def test_values_ascend_whether_spread_or_crowded(count, exponent):
 def test_values_that_differ_by_less_than_can_be_told_apart_ascend():
     for values in (np.nextafter(1.0, np.array([0.0, 2.0] * FEW)), np.nextafter(0.0, np.array([-1.0, 1.0] * FEW))):
         assert np.array_equal(ascending(values), np.sort(values))
+
+
+@pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf, 1.7e308])
+def test_values_that_are_not_finite_or_too_far_apart_ascend_as_well(odd):
+    values = np.random.default_rng(1).normal(0, 1, 2 * FEW)
+    values[7], values[8] = odd, -1.7e308
+    assert np.array_equal(ascending(values), np.sort(values), equal_nan=True)
