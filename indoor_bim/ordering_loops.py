@@ -9,6 +9,8 @@ from indoor_bim.compiled import compiled
 
 DIGIT = 11
 """Bits of a key that are looked at together."""
+BUCKETS = 4096
+"""Buckets among which that with the median is sought."""
 FULL = 64
 """Numbers of a bucket that are sorted by insertion at most."""
 
@@ -61,3 +63,29 @@ def from_buckets(values, low, high, out):  # type: ignore[no-untyped-def]
                 j -= 1
             out[j + 1] = value
         first = last
+
+
+@compiled(_given, types.float64, types.float64)
+def middle_of_buckets(values, low, high):  # type: ignore[no-untyped-def]
+    """Median of numbers: only those of the buckets that the two in the middle lie in are sorted."""
+    count = len(values)
+    scale = (BUCKETS - 1) / (high - low) if high - low > 1e-300 else 0.0
+    number = np.zeros(BUCKETS, np.int64)
+    for i in range(count):
+        number[np.int64((values[i] - low) * scale)] += 1
+    first, before = 0, 0
+    while before + number[first] <= (count - 1) // 2:
+        before += number[first]
+        first += 1
+    last, until = first, before + number[first]
+    while until <= count // 2:
+        last += 1
+        until += number[last]
+    near, found = np.zeros(until - before), 0
+    for i in range(count):
+        bucket = np.int64((values[i] - low) * scale)
+        if bucket >= first and bucket <= last:
+            near[found] = values[i]
+            found += 1
+    near = np.sort(near)
+    return (near[(count - 1) // 2 - before] + near[count // 2 - before]) / 2

@@ -21,6 +21,7 @@ from indoor_bim.model import Curve as ModelCurve
 from indoor_bim.pipeline import reconstruct
 from indoor_bim.plan.arc_chains import with_curved_walls
 from indoor_bim.plan.arc_fit import FINE, circle_through, longest_run
+from indoor_bim.plan.arc_loops import TUKEY, mark_on_circles
 from indoor_bim.plan.arcs import UPPER, find_arcs, wall_spots
 from indoor_bim.plan.curve import Curve
 from indoor_bim.plan.curved_walls import pieces_of_curves, with_common_curves
@@ -87,6 +88,53 @@ def test_the_covariance_of_a_radius_is_honest():
         errors.append((radius - 4) / np.sqrt(covariance[2, 2]))
     assert 0.8 < np.std(errors) < 1.3
     assert abs(np.mean(errors)) < 0.3
+
+
+def circle_in_numpy(xy, centre, radius, *, rounds=12, finest=0.001):
+    """Twin of `circle_through`, from the paper."""
+    circle = np.array([*centre, radius])
+    for _ in range(rounds):
+        away = xy - circle[:2]
+        distance = np.hypot(*away.T)
+        residual = distance - circle[2]
+        sigma = max(1.4826 * np.median(np.abs(residual)), finest)
+        weight = np.maximum(1 - (residual / (TUKEY * sigma)) ** 2, 0.0) ** 2
+        gradient = np.column_stack([away / distance[:, None], np.ones(len(xy))])
+        normal = gradient.T @ (gradient * weight[:, None]) + 1e-9 * np.eye(3)
+        step = np.linalg.solve(normal, gradient.T @ (weight * residual))
+        circle += step
+        if np.abs(step).max() < 1e-7:
+            break
+    return circle[:2], circle[2], sigma**2 * np.linalg.inv(normal)
+
+
+@pytest.mark.parametrize("strays", [0, 40])
+def test_a_circle_is_fitted_as_numpy_fits_it(strays):
+    rng = np.random.default_rng(strays)
+    angle = rng.uniform(1.0, 2.5, 300)
+    on = (3 + rng.normal(0, 0.01, 300))[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]) + [700.0, -20.0]
+    on[:strays] += rng.uniform(-0.5, 0.5, (strays, 2))
+    ours, twin = circle_through(on, np.array([700.2, -20.1]), 3.2), circle_in_numpy(on, np.array([700.2, -20.1]), 3.2)
+    assert ours[0] == pytest.approx(twin[0], abs=1e-8)
+    assert ours[1] == pytest.approx(twin[1], abs=1e-8)
+    assert ours[2] == pytest.approx(twin[2], rel=1e-5)
+
+
+def test_spots_on_circles_are_near_them_and_run_along():
+    rng = np.random.default_rng(3)
+    xy, angle, circles = (
+        rng.uniform(-3, 3, (500, 2)),
+        rng.uniform(0, np.pi, 500),
+        np.column_stack([rng.uniform(-2, 2, (40, 2)), np.ones(40)]),
+    )
+    tangent = np.column_stack([np.cos(angle), np.sin(angle)])
+    on = np.zeros((40, 500), dtype=bool)
+    mark_on_circles(xy, tangent, circles, 0.2, 0.4, on)
+    for circle, marked in zip(circles, on, strict=True):
+        away = xy - circle[:2]
+        distance = np.hypot(*away.T)
+        assert np.array_equal(marked, (np.abs(distance - 1) < 0.2) & (np.abs((away * tangent).sum(axis=1)) < 0.4 * distance))
+    assert 0.01 < on.mean() < 0.2
 
 
 def test_a_run_goes_on_over_the_seam_and_stops_at_gaps():

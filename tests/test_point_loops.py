@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from indoor_bim.cloud.extent import bounds
 from indoor_bim.cloud.point_loops import localise, place_steps
 from indoor_bim.cloud.read import FEW_POINTS, as_cloud
 from indoor_bim.cloud.spacing import _in_blocks, blocks_by_hashing, sample_by_hashing, sample_mask
@@ -48,3 +49,18 @@ def test_blocks_are_chosen_as_by_the_twin():
     chosen = _in_blocks(points, **grid)
     assert np.array_equal(chosen, blocks_by_hashing(points, **grid))
     assert 0.1 < chosen.mean() < 0.4
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+@pytest.mark.parametrize("count", [1, FEW_POINTS, 3 * FEW_POINTS + 1])
+def test_corners_enclose_all_points_and_no_more(count, columns):
+    points = np.random.default_rng(15).normal(size=(count, columns)) - 7.0
+    assert np.array_equal(bounds(points), [points.min(axis=0), points.max(axis=0)])
+
+
+@pytest.mark.parametrize("count", [100, 3 * FEW_POINTS])
+@pytest.mark.parametrize("odd", [np.nan, np.inf, -np.inf])
+def test_corners_tell_of_coordinates_that_are_not_finite(count, odd):
+    points = np.random.default_rng(16).normal(size=(count, 3))
+    points[count // 3, 1] = odd
+    assert not np.isfinite(bounds(points)).all()

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from indoor_bim.cloud.extent import bounds
+
 Floats = NDArray[np.float64]
 
 FEW_POINTS = 20_000
@@ -87,7 +89,6 @@ def box_moments(points: Floats, *, sides: ArrayLike) -> BoxMoments:
     if len(points) <= FEW_POINTS:
         return box_moments_by_sorting(points, sides=edges)
     from indoor_bim.cloud.box_sums import sum_products
-    from indoor_bim.cloud.extent import bounds
 
     low, high = bounds(points)
     first = np.floor(low / edges)

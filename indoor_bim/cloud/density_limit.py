@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.cloud.extent import bounds
+
 SIDE = 0.10
 """Side of the cubes, metres."""
 FINEST_STEP = 1e-4
@@ -76,7 +78,6 @@ def kept_rows(points: NDArray[np.float64], *, limit: DensityLimit, metres: float
         Metres per unit.
     """
     from indoor_bim.cloud.density import DensitySample, TooManyCubesError
-    from indoor_bim.cloud.extent import bounds
 
     low, high = bounds(points)
     step = max(FINEST_STEP / metres, float((high - low).max()) / 2**31)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.cloud.box_moments import FEW_POINTS, box_moments
+from indoor_bim.cloud.extent import bounds
 from indoor_bim.cloud.heights import height_peaks, nearest_peak
 from indoor_bim.cloud.spacing import sample_mask
 from indoor_bim.threads import even_slices, in_threads, threads_for
@@ -57,7 +58,6 @@ def _wall_columns(xy: Floats) -> tuple[Floats, Floats]:
         columns = box_moments(np.column_stack([xy, np.zeros(len(xy))]), sides=(_COLUMN, _COLUMN, _COLUMN))
         count, mean = columns.count, columns.mean[:, :2]
     else:
-        from indoor_bim.cloud.extent import bounds
         from indoor_bim.cloud.voxel_sums import sum_voxels
 
         first, last = (np.floor(corner / _COLUMN) for corner in bounds(xy))

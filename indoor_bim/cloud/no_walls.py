@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.cloud.extent import bounds
 from indoor_bim.errors import NothingToReconstructError
 
 FLAT = 0.001
@@ -31,7 +32,8 @@ def check_depth(points: NDArray[np.float64]) -> None:
     ...
     indoor_bim.errors.NothingToReconstructError: found 2 points in one plane (4.00 x 3.00 x 0.00 m): a cloud in two dimensions; ...
     """
-    size = [float(column.max() - column.min()) for column in points.T]
+    low, high = bounds(points)
+    size = (high - low).tolist()
     flat = sum(extent < FLAT for extent in size)
     if flat:
         shape = "in one plane" if flat == 1 else "on one line"

@@ -15,6 +15,26 @@ _MINUS_ZERO = np.uint64(1 << 63)
 _bytes = types.Array(types.uint8, 1, "C")
 
 
+@compiled(_points)
+def extent(points):  # type: ignore[no-untyped-def]
+    """Smallest and largest coordinates (2, 3) of points (n, 2 or 3); NaN where any coordinate is NaN."""
+    corners = np.zeros((2, 3))
+    numbers = True
+    flat = points.shape[1] == 2
+    x0 = y0 = z0 = np.inf
+    x1 = y1 = z1 = -np.inf
+    for i in range(len(points)):
+        x, y, z = points[i, 0], points[i, 1], 0.0 if flat else points[i, 2]
+        numbers &= (x == x) & (y == y) & (z == z)
+        x0, y0, z0 = min(x0, x), min(y0, y), min(z0, z)
+        x1, y1, z1 = max(x1, x), max(y1, y), max(z1, z)
+    if not numbers:
+        return np.full((2, 3), np.nan)
+    corners[0, 0], corners[0, 1], corners[0, 2] = x0, y0, z0
+    corners[1, 0], corners[1, 1], corners[1, 2] = x1, y1, z1
+    return corners
+
+
 @compiled(_points, _table, _floats, _table)
 def move(points, rotation, shift, out):  # type: ignore[no-untyped-def]
     """Turn and shift points (n, 3)."""

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud.cloud import Cloud
 from indoor_bim.cloud.density_limit import DensityLimit, kept_rows
+from indoor_bim.cloud.extent import bounds
 from indoor_bim.cloud.formats import READERS, read_raw
 from indoor_bim.cloud.open3d import as_points
 from indoor_bim.cloud.raw import RawScan
@@ -153,14 +154,14 @@ def _cloud(
     warnings: list[str] = []
     points = raw.points
     finite: slice | NDArray[np.bool_] = slice(None)
-    low, high = _bounds(points)
+    low, high = _corners(points)
     kind = "not numbers" if np.isnan([low, high]).any() else "infinite"
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         finite = np.logical_and.reduce(np.isfinite(points), axis=1)
         dropped = len(points) - len(points[finite])
         warnings.append(f"{dropped:,} of {len(points):,} points have coordinates that are not finite; they were left out")
         points = points[finite]
-        low, high = _bounds(points)
+        low, high = _corners(points)
     _check_points(points, low, high, where=where, dropped=len(raw.points) - len(points), kind=kind)
     axis = up if up != "auto" else "y" if looks_y_up(points) else "z"
     if up == "auto" and axis == "y":
@@ -205,15 +206,8 @@ def _cloud(
     )
 
 
-def _bounds(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Smallest and largest coordinates; of few points column by column: numpy takes its time over rows of three."""
-    if not len(points):
-        return np.zeros(3), np.zeros(3)
-    if len(points) > FEW_POINTS:
-        from indoor_bim.cloud.extent import bounds
-
-        return bounds(points)
-    return np.array([column.min() for column in points.T]), np.array([column.max() for column in points.T])
+def _corners(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    return bounds(points) if len(points) else (np.zeros(3), np.zeros(3))
 
 
 def _check_points(points: NDArray, low: NDArray, high: NDArray, *, where: str, dropped: int, kind: str) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.cloud.extent import bounds
+
 Points = NDArray[np.float64]
 
 MICROMETRE = 1e-6
@@ -37,7 +39,6 @@ def thin_evenly(points: Points, *, cell: float, layer: float | None = None) -> P
     sides = np.rint(np.array([cell, cell, cell if layer is None else layer]) / MICROMETRE)
     if len(points) <= FEW_POINTS:
         return thin_by_sorting(points, sides=sides)
-    from indoor_bim.cloud.extent import bounds
     from indoor_bim.cloud.voxel_sums import sum_boxes
 
     corners = np.floor(np.rint(np.array(bounds(points)) / MICROMETRE) / sides).astype(np.int64)

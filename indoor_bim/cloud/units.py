@@ -8,6 +8,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.cloud.extent import bounds
 from indoor_bim.cloud.grid import cell_keys
 from indoor_bim.cloud.spacing import point_spacing, sample_mask
 
@@ -41,11 +42,12 @@ def looks_like_millimetres(points: NDArray[np.float64], *, up: str) -> bool:
     up : str
         Axis that points up: ``x``, ``y`` or ``z``.
     """
-    height = points[:, "xyz".index(up)]
-    if height.max() - height.min() <= TALLEST_SCAN:
+    axis = "xyz".index(up)
+    low, high = bounds(points)
+    if high[axis] - low[axis] <= TALLEST_SCAN:
         return False
-    low, high = np.quantile(height[sample_mask(points, 200_000)], [0.005, 0.995])
-    return bool(high - low > TALLEST_SCAN) and point_spacing(points) > SMALLEST_MILLIMETRE_SPACING
+    lowest, highest = np.quantile(points[sample_mask(points, 200_000), axis], [0.005, 0.995])
+    return bool(highest - lowest > TALLEST_SCAN) and point_spacing(points) > SMALLEST_MILLIMETRE_SPACING
 
 
 def looks_y_up(points: NDArray[np.float64]) -> bool:
@@ -60,7 +62,7 @@ def looks_y_up(points: NDArray[np.float64]) -> bool:
     points : (n, 3) float64
         Finite points in the scan's axes, any unit.
     """
-    sample = points[sample_mask(points, 200_000)]
+    sample = points.take(np.flatnonzero(sample_mask(points, 200_000)), axis=0)
     low, high = np.quantile(sample, [0.005, 0.995], axis=0)
     extent = high - low
     if extent[1] >= 0.8 * min(extent[0], extent[2]) or extent[1] < SMALLEST_STOREY:

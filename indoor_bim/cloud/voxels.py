@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.cloud.extent import bounds
 from indoor_bim.cloud.open3d import ARRAY, LEGACY, TENSOR, as_points, kind_of
 
 if TYPE_CHECKING:
@@ -112,7 +113,6 @@ def voxelise(points: NDArray[np.float64], *, voxel_size: float, members: bool = 
         return Voxels(points.copy(), np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64))
     if len(points) <= FEW_POINTS:
         return voxelise_by_sorting(points, voxel_size=voxel_size, members=members)
-    from indoor_bim.cloud.extent import bounds
     from indoor_bim.cloud.voxel_sums import strides_of, sum_voxels, voxel_of_points
 
     low, size = _grid(*bounds(points), voxel_size=voxel_size)

@@ -13,8 +13,6 @@ Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 
-TUKEY = 4.685
-"""Tukey's constant: 95 % efficiency where there are no outliers."""
 COLUMN = 0.10
 """Width of the columns of points that are one observation, metres."""
 REACH = 0.05
@@ -125,30 +123,11 @@ def circle_through(xy: Floats, centre: Floats, radius: float, *, rounds: int = 1
     >>> centre.round(6).tolist(), round(radius, 6)
     ([3.0, 1.0], 2.0)
     """
-    x, y = np.ascontiguousarray(xy.T)
-    (across, up), radius = np.asarray(centre, dtype=np.float64).tolist(), float(radius)
-    gradient, least = np.ones((3, len(xy))), 1e-9 * np.eye(3)
-    for _ in range(rounds):
-        gradient[0], gradient[1] = x - across, y - up
-        distance = np.hypot(gradient[0], gradient[1])
-        residual = distance - radius
-        sigma = max(1.4826 * _median(np.abs(residual)), finest)
-        weight = np.maximum(1 - (residual / (TUKEY * sigma)) ** 2, 0.0) ** 2
-        gradient[:2] /= np.maximum(distance, 1e-9)
-        weighted = gradient * weight
-        normal = weighted @ gradient.T + least
-        step = np.linalg.solve(normal, weighted @ residual).tolist()
-        across, up, radius = across + step[0], up + step[1], radius + step[2]
-        if max(map(abs, step)) < 1e-7:
-            break
-    return np.array([across, up]), radius, sigma**2 * np.linalg.inv(normal)
+    from indoor_bim.plan.arc_loops import fit_circle
 
-
-def _median(values: Floats) -> float:
-    """Median, as by `numpy.median`, which takes its time."""
-    middle = (len(values) - 1) // 2, len(values) // 2
-    ordered = np.partition(values, middle)
-    return float(ordered[middle[0]] + ordered[middle[1]]) / 2
+    circle, normal = np.array([*centre, radius], dtype=np.float64), np.eye(3)
+    sigma = fit_circle(*xy.T, rounds, finest, circle, normal)
+    return circle[:2], float(circle[2]), sigma**2 * np.linalg.inv(normal)
 
 
 def longest_run(xy: Floats, centre: Floats, radius: float, *, gap: float) -> tuple[float, float, float]:
@@ -168,7 +147,8 @@ def longest_run(xy: Floats, centre: Floats, radius: float, *, gap: float) -> tup
     column = COLUMN / radius
     columns = max(round(2 * np.pi / column), 8)
     angle = np.mod(np.arctan2(*(xy - centre).T[::-1]), 2 * np.pi)
-    filled = np.unique(np.minimum((angle / (2 * np.pi) * columns).astype(np.int64), columns - 1))
+    place = np.minimum((angle / (2 * np.pi) * columns).astype(np.int64), columns - 1)
+    filled = np.flatnonzero(np.bincount(place, minlength=columns))
     if not len(filled):
         return 0.0, 0.0, 0.0
     steps = np.diff(filled, append=filled[0] + columns)
@@ -177,7 +157,9 @@ def longest_run(xy: Floats, centre: Floats, radius: float, *, gap: float) -> tup
         return 0.0, 2 * np.pi, len(filled) * COLUMN
     runs = [np.arange(a + 1, b + 1) for a, b in zip(breaks, [*breaks[1:], breaks[0] + len(filled)], strict=True)]
     best = max(runs, key=len)
-    members = angle[np.isin(np.minimum((angle / (2 * np.pi) * columns).astype(np.int64), columns - 1), filled[best % len(filled)])]
+    in_run = np.zeros(columns, dtype=bool)
+    in_run[filled[best % len(filled)]] = True
+    members = angle[in_run[place]]
     start = float(filled[best[0] % len(filled)]) / columns * 2 * np.pi
     past = np.mod(members - start, 2 * np.pi)
     return start + float(past.min()), start + float(past.max()), len(best) * COLUMN

@@ -167,9 +167,7 @@ def explained_by_straight_lines(spots: Spots, lines: FaceLines, *, near: float =
 def _arcs_by_votes(spots: Spots, points: WallPoints, *, shortest: float = 0.8, filled: float = 0.6) -> list[Arc]:
     """Arcs of the circles that most spots lie on; each spot takes part once."""
     centres, radii = _circles_of_pairs(spots)
-    on = np.array([_on_circle(spots, centre, radius) for centre, radius in zip(centres, radii, strict=True)]).reshape(
-        len(radii), len(spots)
-    )
+    on = _on_circles(spots, centres, radii)
     votes, free = on.sum(axis=1), np.ones(len(spots), dtype=bool)
     arcs: list[Arc] = []
     for k in np.lexsort((*np.round(centres.T, 6), -votes)):
@@ -242,10 +240,17 @@ def _circles_of_pairs(
     return centre, radius
 
 
-def _on_circle(spots: Spots, centre: Floats, radius: float, *, across: float = ON_ARC, steepest: float = 12.0) -> Bools:
-    """Spots on a circle whose wall runs along it."""
-    x, y = spots.xy[:, 0] - centre[0], spots.xy[:, 1] - centre[1]
-    distance = np.hypot(x, y)
-    along = np.abs(x * spots.tangent[:, 0] + y * spots.tangent[:, 1]) < np.sin(np.radians(steepest)) * distance
-    on: Bools = (np.abs(distance - radius) < across) & along
+def _on_circles(spots: Spots, centres: Floats, radii: Floats, *, across: float = ON_ARC, steepest: float = 12.0) -> Bools:
+    """Spots on each circle whose wall runs along it (circles, spots)."""
+    from indoor_bim.plan.arc_loops import mark_on_circles
+
+    on = np.zeros((len(radii), len(spots)), dtype=bool)
+    xy, tangent = np.ascontiguousarray(spots.xy), np.ascontiguousarray(spots.tangent)
+    mark_on_circles(xy, tangent, np.column_stack([centres, radii]), across, float(np.sin(np.radians(steepest))), on)
+    return on
+
+
+def _on_circle(spots: Spots, centre: Floats, radius: float, *, across: float = ON_ARC) -> Bools:
+    """Spots on one circle."""
+    on: Bools = _on_circles(spots, centre[None], np.array([radius]), across=across)[0]
     return on

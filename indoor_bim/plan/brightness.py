@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.ordering import median
 from indoor_bim.plan.relief import FACE_REACH, STEEP
 from indoor_bim.plan.wall_rays import WallRays
 
@@ -41,7 +42,7 @@ def with_brightness(walls: Sequence[WallRays]) -> list[WallRays]:
     """
     unknown = [replace(rays, intensity=None) for rays in walls]
     known = [_on_face(rays) for rays in walls]
-    terms = np.vstack([np.zeros((0, 2)), *(_logarithms(rays, rows) for rays, rows in zip(walls, known, strict=True))])
+    terms = np.hstack([np.zeros((2, 0)), *(_logarithms(rays, rows) for rays, rows in zip(walls, known, strict=True))])
     values = np.concatenate(
         [np.zeros(0), *(np.log(r.intensity[k], dtype=np.float64) for r, k in zip(walls, known, strict=True) if r.intensity is not None)]
     )
@@ -67,24 +68,25 @@ def _on_face(rays: WallRays) -> Ints:
 
 
 def _logarithms(rays: WallRays, rows: Ints) -> Floats:
-    """Logarithms of length and cosine of the incidence."""
-    return np.log(np.maximum(np.column_stack([rays.length[rows], rays.slant[rows]]), 1e-3), dtype=np.float64)
+    """Logarithms (2, n) of length and cosine of the incidence."""
+    return np.log(np.maximum(np.stack([rays.length[rows], rays.slant[rows]]), 1e-3), dtype=np.float64)
 
 
 def _polynomial(logarithms: Floats) -> Floats:
-    return np.column_stack([np.ones(len(logarithms)), logarithms, logarithms**2])
+    """Terms (n, 5) of second degree."""
+    return np.ascontiguousarray(np.vstack([np.ones(logarithms.shape[1]), logarithms, logarithms**2]).T)
 
 
 def _robust_fit(logarithms: Floats, values: Floats) -> Floats | None:
     """Factors of the polynomial nearest to the values, cell by cell, without what deviates most."""
     if not len(values):
         return None
-    index = np.floor((logarithms - logarithms.min(axis=0)) / CELL).astype(np.int64)
-    place = index[:, 0] * (int(index[:, 1].max()) + 1) + index[:, 1]
+    row, column = np.floor((logarithms - logarithms.min(axis=1, keepdims=True)) / CELL).astype(np.int64)
+    place = row * (int(column.max()) + 1) + column
     hit = np.bincount(place) > 0
     cell = (np.cumsum(hit) - 1).take(place)
     total = np.bincount(cell)
-    terms = _polynomial(np.column_stack([np.bincount(cell, weights=column) / total for column in logarithms.T]))
+    terms = _polynomial(np.stack([np.bincount(cell, weights=logarithm) / total for logarithm in logarithms]))
     keep = np.ones(len(values), dtype=bool)
     factors: Floats | None = None
     for _ in range(ROUNDS):
@@ -98,8 +100,8 @@ def _robust_fit(logarithms: Floats, values: Floats) -> Floats | None:
         factors = np.asarray(solved, dtype=np.float64)
         deviation = values - (terms @ factors).take(cell)
         kept = deviation[keep]
-        middle = float(np.median(kept))
-        spread = 1.4826 * float(np.median(np.abs(kept - middle)))
+        middle = median(kept)
+        spread = 1.4826 * median(np.abs(kept - middle))
         keep = np.abs(deviation - middle) <= OUTLIER * spread
         factors[0] += middle
     return factors

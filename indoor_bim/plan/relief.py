@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.ordering import ascending
+from indoor_bim.ordering import ascending, median
 from indoor_bim.plan.wall_rays import WallRays
 
 Floats = NDArray[np.float64]
@@ -83,7 +83,7 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
         along, mine = rays.along_end.take(hits), depth.take(hits)
         turn = _turn(along.astype(np.float64), mine)
         if abs(turn) > LEAST_TURN:
-            turned = depth - turn * (rays.along - np.median(along))
+            turned = depth - turn * (rays.along - median(along.astype(np.float64)))
             if _most_together(turned[hits]) > FLATTER * _most_together(mine):
                 depth = np.where(rays.side == side, turned, depth)
                 mine = depth.take(hits)
@@ -101,7 +101,7 @@ def level_faces(rays: WallRays, *, cell: float, shape: tuple[int, int]) -> tuple
         hit_count = np.bincount(pair_place, weights=count, minlength=places).astype(np.int64)
         reliefs.append(Relief(side, face.reshape(shape), hit_count.reshape(shape)))
     all_left = np.concatenate(left_over) if left_over else np.zeros(0)
-    scatter = 1.4826 * float(np.median(np.abs(all_left))) if len(all_left) else 0.0
+    scatter = 1.4826 * median(np.abs(all_left)) if len(all_left) else 0.0
     return replace(rays, depth=depth.astype(np.float32)), scatter, tuple(reliefs)
 
 

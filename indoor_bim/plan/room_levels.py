@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.ordering import median
 from indoor_bim.plan.evidence import rows_within
 from indoor_bim.plan.raster import Raster
 from indoor_bim.threads import in_threads, threads_for
@@ -101,11 +102,12 @@ def _lowest_level(points: Floats, area: float, *, cover: float = 0.2, share: flo
     """Lowest height at which points cover a share of an area, and no less than a share of what any height covers, metres."""
     if not len(points):
         return None
-    first = float(points[:, 2].min())
-    layer = ((points[:, 2] - first) / (BAND / 2)).astype(np.int64)
-    tiles = np.floor(points[:, :2] / TILE).astype(np.int64)
-    tiles -= tiles.min(axis=0)
-    tile = tiles[:, 0] * (tiles[:, 1].max() + 1) + tiles[:, 1]
+    height = np.ascontiguousarray(points[:, 2])
+    first = float(height.min())
+    layer = ((height - first) / (BAND / 2)).astype(np.int64)
+    column, row = np.floor(points[:, :2].T / TILE).astype(np.int64)
+    row -= row.min()
+    tile = (column - column.min()) * (int(row.max()) + 1) + row
     count = int(layer.max()) + 1
     hit = np.zeros((count + 2, int(tile.max()) + 1), dtype=bool)
     hit[layer + 1, tile] = True
@@ -117,7 +119,7 @@ def _lowest_level(points: Floats, area: float, *, cover: float = 0.2, share: flo
     peak = start + int(np.argmax(covered[start : start + 4]))
     guess = first + (peak + 0.5) * BAND / 2
     for _ in range(3):
-        guess = float(np.median(points[np.abs(points[:, 2] - guess) < BAND, 2]))
+        guess = median(height[np.abs(height - guess) < BAND])
     return guess
 
 

@@ -71,8 +71,10 @@ def ones(word):  # type: ignore[no-untyped-def]
 @inlined
 def _mirrored(i, count):  # type: ignore[no-untyped-def]
     """Index that an index outside is reflected to, the border repeated."""
-    i = i % (2 * count)
-    return i if i < count else 2 * count - 1 - i
+    if i < 0 or i >= count:
+        i = i % (2 * count)
+        return i if i < count else 2 * count - 1 - i
+    return i
 
 
 @inlined
