@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import shapely
@@ -102,14 +103,17 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     if not len(wall_points):
         raise NothingToReconstructError(no_walls(len(levelled.points), **seen))
     cover = (storey.ceiling if storey.ceiling is not None else floor + 2.0) - 0.06
-    space = free_space(
-        points, levelled.points, wall_points, filled, floor=floor, cover=cover, low=low, high=high, cell=PIXEL, open_top=overhead is None
+    image: dict[str, Any] = {"low": low, "high": high, "cell": PIXEL}
+    space, spots = both(
+        lambda: free_space(points, levelled.points, wall_points, filled, floor=floor, cover=cover, open_top=overhead is None, **image),
+        lambda: None if overhead is None else wall_spots(wall_points),
+        threads=threads_for(len(points)),
     )
     lines, sweeps = find_lines(wall_points, space.overhead_density if overhead is not None else None)
     curves: tuple[Curve, ...] = ()
     straight = len(sweeps)
-    if overhead is not None:
-        lines, sweeps, curves = with_curved_walls(lines, sweeps, wall_points, wall_spots(wall_points))
+    if spots is not None:
+        lines, sweeps, curves = with_curved_walls(lines, sweeps, wall_points, spots)
     if sensor is None:
         lines = lines.take(look_into_free_space(lines, space.hit))
     dense = space.denser_than(AFAR)
@@ -124,7 +128,8 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     frame = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
     cells = cut_into_cells(np.vstack([p, edge_p, frame]), np.vstack([q, edge_q, np.roll(frame, -1, axis=0)]))
     of_cells = cell_space(cells, space)
-    wall = close_corners(cells, edge_evidence(cells, lines, sweeps))
+    seen_wall, seen_nearby = edge_evidence(cells, lines, sweeps)
+    wall = close_corners(cells, seen_wall)
     faces = wall.copy()
     border = cells.edge_line - len(lines)
     wall[(border >= 0) & (border < len(firm[0]) + len(weak[0]))] = 0.4
@@ -133,8 +138,7 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     rays = None if sensor is None else Rays(points, sensor, floor + 0.1, (ceiling or top) - 0.1)
     hidden = hidden_wall(cells, faces, lines.direction, empty=unseen, sided=sensor is not None, rays=rays)
     wall[hidden] = np.maximum(wall[hidden], 0.6)
-    looked_through = in_front(cells, edge_evidence(cells, lines, sweeps, afar=False))
-    room = label_cells(cells, inside=of_cells.inside + looked_through, wall=wall)
+    room = label_cells(cells, inside=of_cells.inside + in_front(cells, seen_nearby), wall=wall)
     closed = room_outlines(cells, room, faces, spanned=of_cells.spanned, min_closed=0.4 if overhead is not None else 0.25)
     entered = closed if overhead is None else _entered(closed, space, sensor)
     outlines = _behind_built_ins(entered, folded_lines(lines))

@@ -54,6 +54,38 @@ def ascending(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return out
 
 
+def ascending_in_groups(
+    group: NDArray[np.int64], values: NDArray[np.float64], groups: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Numbers in ascending order within their groups, these one after the other.
+
+    Parameters
+    ----------
+    group : (n,) int64
+        Group of each number.
+    values : (n,) float64
+        Numbers.
+    groups : int
+        Number of groups.
+
+    Returns
+    -------
+    first : (groups + 1,) int64
+        Where each group begins, and the end of the last.
+    ordered : (n,) float64
+
+    Examples
+    --------
+    >>> [part.tolist() for part in ascending_in_groups(np.array([2, 0, 2]), np.array([0.5, 9.0, 0.25]), 3)]
+    [[0, 1, 1, 3], [9.0, 0.25, 0.5]]
+    """
+    from indoor_bim.ordering_loops import by_group
+
+    first, ordered = np.zeros(groups + 1, dtype=np.int64), np.zeros(len(values))
+    by_group(np.ascontiguousarray(group), np.ascontiguousarray(values), first, ordered)
+    return first, ordered
+
+
 def median(values: NDArray[np.float64]) -> float:
     """Median of numbers (n,), as by `numpy.median`; fast where all are finite and no small interval holds most of them.
 

@@ -18,6 +18,20 @@ _keys, _order = types.Array(types.int64, 1, "C", readonly=True), types.Array(typ
 _given, _sorted = types.Array(types.float64, 1, "C", readonly=True), types.Array(types.float64, 1, "C")
 
 
+@compiled(_sorted, types.int64, types.int64)
+def _sort(values, first, last):  # type: ignore[no-untyped-def]
+    """Sort some numbers in their place: few of them by insertion."""
+    if last - first > FULL:
+        values[first:last] = np.sort(values[first:last])
+    for i in range(first + 1, last):
+        value = values[i]
+        j = i - 1
+        while j >= first and values[j] > value:
+            values[j + 1] = values[j]
+            j -= 1
+        values[j + 1] = value
+
+
 @compiled(_keys, types.int64, _order, _order)
 def by_digits(keys, passes, one, other):  # type: ignore[no-untyped-def]
     """Sort rows by one digit of their keys after the other, the lowest first; the last pass of an odd number writes to `one`."""
@@ -53,16 +67,24 @@ def from_buckets(values, low, high, out):  # type: ignore[no-untyped-def]
     first = 0
     for k in range(count):
         last = place[k]
-        if last - first > FULL:
-            out[first:last] = np.sort(out[first:last])
-        for i in range(first + 1, last):
-            value = out[i]
-            j = i - 1
-            while j >= first and out[j] > value:
-                out[j + 1] = out[j]
-                j -= 1
-            out[j + 1] = value
+        if last - first > 1:
+            _sort(out, first, last)
         first = last
+
+
+@compiled(_keys, _given, _order, _sorted)
+def by_group(group, values, first, out):  # type: ignore[no-untyped-def]
+    """Put numbers into their groups, and sort these one by one."""
+    for i in range(len(group)):
+        first[group[i] + 1] += 1
+    for k in range(len(first) - 1):
+        first[k + 1] += first[k]
+    place = first[:-1].copy()
+    for i in range(len(group)):
+        out[place[group[i]]] = values[i]
+        place[group[i]] += 1
+    for k in range(len(first) - 1):
+        _sort(out, first[k], first[k + 1])
 
 
 @compiled(_given, types.float64, types.float64)

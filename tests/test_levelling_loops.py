@@ -71,3 +71,12 @@ def test_peaks_are_the_medians_of_what_is_near():
     first, second = height_peaks(heights, share=0.1)
     assert first == np.median(heights[:301])
     assert second == np.median(heights[301:])
+
+
+def test_only_peaks_with_a_share_of_the_largest_count_and_the_largest_comes_first():
+    rng = np.random.default_rng(7)
+    heights = np.concatenate([rng.normal(4.0, 0.01, 60), rng.normal(1.0, 0.01, 100), rng.normal(2.5, 0.01, 30)])
+    assert np.round(height_peaks(heights, share=0.2), 1).tolist() == [1.0, 4.0, 2.5]
+    assert np.round(height_peaks(heights, share=0.5), 1).tolist() == [1.0, 4.0]
+    assert height_peaks(np.zeros(0), share=0.5) == []
+    assert height_peaks(np.array([3.0]), share=0.5) == [3.0]

@@ -90,7 +90,7 @@ def test_pairs_are_merged_in_the_order_of_a_plain_search(seed):
     groups, limits = [[k] for k in range(len(rows))], {"gap": 4.0, "apart": 0.035, "turn": np.radians(1.5)}
     while True:
         pairs = itertools.combinations(range(len(rows)), 2)
-        pair = next((pair for pair in pairs if line_merging.continues(*(rows[k] for k in pair), **limits)), None)
+        pair = next((pair for pair in pairs if continues(*(rows[k] for k in pair), **limits)), None)
         if pair is None:
             break
         groups[pair[0]] += groups.pop(pair[1])
@@ -99,6 +99,20 @@ def test_pairs_are_merged_in_the_order_of_a_plain_search(seed):
     merged = merge_lines(lines)
     assert 4 < len(merged) < 40
     assert np.column_stack([merged.angle, merged.offset, merged.start, merged.end]).tolist() == [list(row) for row in rows]
+
+
+def continues(first, second, *, gap, apart, turn):
+    """Whether the shorter of two lines (angle, offset, start, end) continues the longer one, by the ends of the one seen from the other."""
+    if second[3] - second[2] > first[3] - first[2]:
+        first, second = second, first
+    angle, offset, start, end = second
+    difference = angle - first[0]
+    if abs(np.mod(difference + np.pi, 2 * np.pi) - np.pi) > max(turn, min(apart / (end - start), np.radians(8.0))):
+        return False
+    turned = np.array([[np.cos(difference), -np.sin(difference)], [np.sin(difference), np.cos(difference)]])
+    p, q = turned @ [start, offset], turned @ [end, offset]
+    near = abs(p[1] - first[1]) <= apart and abs(q[1] - first[1]) <= apart
+    return near and max(p[0], first[2]) - min(q[0], first[3]) <= gap
 
 
 def test_no_lines_stay_none():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from indoor_bim.ordering import FEW, ascending, median, order_of
+from indoor_bim.ordering import FEW, ascending, ascending_in_groups, median, order_of
 
 
 @pytest.mark.parametrize("largest", [0, 1, 2**11 - 1, 2**11, 2**22, 2**40, 2**62])
@@ -53,3 +53,14 @@ def test_the_median_of_values_that_are_not_finite_or_too_far_apart_is_that_of_nu
     values = np.random.default_rng(2).normal(0, 1, 2 * FEW)
     values[7], values[8] = odd, -1.7e308
     assert np.array_equal(median(values), np.median(values), equal_nan=True)
+
+
+@pytest.mark.parametrize("groups", [1, 40, 5000])
+@pytest.mark.parametrize("count", [0, 1, 20_000])
+def test_values_ascend_within_their_groups(count, groups):
+    rng = np.random.default_rng(count)
+    group, values = rng.integers(0, groups, count), np.round(rng.normal(0, 1, count), 2)
+    first, ordered = ascending_in_groups(group, values, groups)
+    rows = np.lexsort((values, group))
+    assert np.array_equal(ordered, values[rows])
+    assert np.array_equal(first, np.searchsorted(group[rows], np.arange(groups + 1)))

@@ -24,6 +24,8 @@ def height_peaks(height: Floats, *, share: float, step: float = 0.01) -> list[fl
     step : float
         Width of the bins, metres.
     """
+    from indoor_bim.cloud.height_loops import take_peaks
+
     if not len(height):
         return []
     ordered = ascending(height)
@@ -33,15 +35,9 @@ def height_peaks(height: Floats, *, share: float, step: float = 0.01) -> list[fl
     half = round(LEVEL_TOLERANCE / step)
     kernel = np.maximum(1 - (np.arange(-half, half + 1) / (half + 1)) ** 2, 0)
     smooth = np.convolve(histogram, kernel, mode="same")
-    peaks: list[float] = []
-    least = share * smooth.max()
-    while smooth.max() >= max(least, 1.0):
-        top = int(np.argmax(smooth))
-        guess = low + (top + 0.5) * step
-        near = ordered[slice(*np.searchsorted(ordered, [guess - LEVEL_TOLERANCE, guess + LEVEL_TOLERANCE]))]
-        peaks.append(float(near[(len(near) - 1) // 2] + near[len(near) // 2]) / 2 if len(near) else guess)
-        smooth[max(top - 2 * half, 0) : top + 2 * half + 1] = 0
-    return peaks
+    peaks, least = np.zeros(len(smooth)), max(share * float(smooth.max()), 1.0)
+    count = take_peaks(smooth, ordered, low, step, least, half, LEVEL_TOLERANCE, peaks)
+    return [float(height) for height in peaks[:count]]
 
 
 def nearest_peak(height: Floats, peaks: Floats) -> NDArray[np.int64]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.ordering import ascending_in_groups
 from indoor_bim.plan.evidence import WallPoints
 
 Floats = NDArray[np.float64]
@@ -254,17 +255,15 @@ def _column_medians(arc: Arc, xy: Floats, *, fewest: int = 5) -> tuple[Floats, I
     count = max(round(arc.length / COLUMN), 1)
     column = np.minimum((arc.after_start(xy) / arc.turn * count).astype(np.int64), count - 1)
     across = np.hypot(*(xy - arc.centre).T) - arc.radius
-    order = np.lexsort((across, column))
-    column, across = column[order], across[order]
-    first = np.searchsorted(column, np.arange(count))
-    number = np.diff(np.append(first, len(column)))
+    first, across = ascending_in_groups(column, across, count)
+    number = np.diff(first)
     told = number >= fewest
     if not told.any():
         return np.zeros((0, 2)), np.zeros(0, dtype=np.int64), np.zeros(0)
-    median = np.where(told, across[np.minimum(first + number // 2, len(across) - 1)], np.nan)
+    median = np.where(told, across[np.minimum(first[:-1] + number // 2, len(across) - 1)], np.nan)
     at = arc.start + (np.arange(count) + 0.5) / count * arc.turn
     points = arc.centre + (arc.radius + median)[:, None] * np.column_stack([np.cos(at), np.sin(at)])
-    apart = across - median[column]
+    apart = across - np.repeat(median, number)
     return points[told], np.flatnonzero(told), apart[np.isfinite(apart)]
 
 

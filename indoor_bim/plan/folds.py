@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.ordering import ascending_in_groups
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.face_lines import FaceLines
 
@@ -114,9 +115,7 @@ def folded(column: Ints, depth: Floats, count: int) -> Bools:
     >>> bool(folded(column, noise + folds, 80).all()), bool(folded(column, noise, 80).any())
     (True, False)
     """
-    order = np.lexsort((depth, column))
-    column, depth = column[order], depth[order]
-    first = np.searchsorted(column, np.arange(count + 1))
+    first, depth = ascending_in_groups(column, depth, count)
     number = np.diff(first)
     known = number >= FEWEST
     if not known.any():
@@ -124,6 +123,7 @@ def folded(column: Ints, depth: Floats, count: int) -> Bools:
     lower, upper = ((first[:-1] + np.maximum(number - shift, 0) // 2)[known] for shift in (1, 0))
     median = np.zeros(count)
     median[known] = (depth[lower] + depth[np.minimum(upper, len(depth) - 1)]) / 2
+    column = np.repeat(np.arange(count), number)
     total = np.bincount(column, depth, count)
     scatter = np.bincount(column, depth**2, count) - total**2 / np.maximum(number, 1)
     trend, around = round(TREND / COLUMN), round(WINDOW / COLUMN)

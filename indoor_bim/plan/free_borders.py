@@ -44,7 +44,9 @@ def free_borders(seen: Raster, lines: FaceLines, *, shortest: float = 1.0, near:
     rows, columns = (np.array(seen.image.shape) // step) * step
     lines_hit = np.maximum.reduce([seen.image[k:rows:step, :columns] for k in range(step)])
     coarse = np.maximum.reduce([lines_hit[:, k::step] for k in range(step)]) > 0
-    mask = ndimage.binary_opening(ndimage.binary_closing(np.pad(coarse, 3), np.ones((5, 5))), np.ones((5, 5)))
+    mask = np.pad(coarse, 3).astype(np.uint8)
+    for narrow_or_widen in (ndimage.maximum_filter, ndimage.minimum_filter, ndimage.minimum_filter, ndimage.maximum_filter):
+        mask = narrow_or_widen(mask, 5, mode="constant")
     cell = seen.cell * step
     p, q = lines.ends(0.3)
     walls = shapely.linestrings(np.stack([p, q], axis=1))

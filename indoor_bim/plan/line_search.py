@@ -148,7 +148,7 @@ def folded_lines(lines: FaceLines, *, times: float = 1.4) -> NDArray[np.bool_]:
     return folded
 
 
-def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float, end: float, *, afar: bool = True) -> Floats:
+def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float, end: float) -> Floats:
     """Best wall evidence along a line in the sweeps of about its direction, one value every 10 cm.
 
     Parameters
@@ -161,18 +161,20 @@ def line_evidence(lines: FaceLines, row: int, sweeps: list[Sweep], start: float,
         Sweeps of all lines.
     start, end : float
         Extent along the line, metres.
-    afar : bool
-        Also what was only seen from afar.
     """
-    angle, offset = float(lines.angle[row]), float(lines.offset[row])
-    own = sweeps[lines.family[row]].angle
-    shown = [s for s in sweeps if s.angle == own and (afar or s.strips is not FAR)]
-    best: Floats = np.maximum.reduce([evidence_along(s, angle, offset, start, end) for s in shown])
+    best: Floats = np.maximum.reduce([shown for _, shown in _shown_along(lines, row, sweeps, start, end)])
     return best
 
 
-def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep], *, afar: bool = True) -> Floats:
-    """Share of each edge where the face of its line was seen.
+def _shown_along(lines: FaceLines, row: int, sweeps: list[Sweep], start: float, end: float) -> list[tuple[Sweep, Floats]]:
+    """Wall evidence along a line in each sweep of its direction."""
+    angle, offset = float(lines.angle[row]), float(lines.offset[row])
+    own = sweeps[lines.family[row]].angle
+    return [(s, evidence_along(s, angle, offset, start, end)) for s in sweeps if s.angle == own]
+
+
+def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep]) -> tuple[Floats, Floats]:
+    """Share of each edge where the face of its line was seen, and where it was seen from nearby.
 
     Parameters
     ----------
@@ -182,23 +184,25 @@ def edge_evidence(cells: Cells, lines: FaceLines, sweeps: list[Sweep], *, afar: 
         Lines that it was made from, in their order.
     sweeps : list of Sweep
         Sweeps of all lines.
-    afar : bool
-        Also what was only seen from afar.
 
     Returns
     -------
-    (e,) float64
+    seen, from_nearby : (e,) float64
         Shares; 0 on edges of other lines.
     """
-    wall = np.zeros(len(cells.edge_line))
+    shares = np.zeros((2, len(cells.edge_line)))
     for line in range(len(lines)):
         rows = np.flatnonzero(cells.edge_line == line)
         if not len(rows):
             continue
         start, end = float(lines.start[line]) - REACH, float(lines.end[line]) + REACH
-        profile = np.clip((line_evidence(lines, line, sweeps, start, end, afar=afar) - 0.15) / 0.5, 0, 1)
-        at = np.linspace(start, end, len(profile) + 1)
-        total = np.concatenate([[0.0], np.cumsum(profile)]) * (end - start) / len(profile)
+        shown = _shown_along(lines, line, sweeps, start, end)
+        best = np.maximum.reduce([values for _, values in shown]), np.maximum.reduce([v for s, v in shown if s.strips is not FAR])
         u0, u1 = cells.edge_start[rows] @ lines.direction[line], cells.edge_end[rows] @ lines.direction[line]
-        wall[rows] = (np.interp(u1, at, total) - np.interp(u0, at, total)) / np.maximum(u1 - u0, 1e-6)
-    return np.clip(wall, 0, 1)
+        at, length = np.linspace(start, end, len(best[0]) + 1), np.maximum(u1 - u0, 1e-6)
+        for share, values in zip(shares, best, strict=True):
+            profile = np.clip((values - 0.15) / 0.5, 0, 1)
+            total = np.concatenate([[0.0], np.cumsum(profile)]) * (end - start) / len(profile)
+            share[rows] = (np.interp(u1, at, total) - np.interp(u0, at, total)) / length
+    seen, from_nearby = np.clip(shares, 0, 1)
+    return seen, from_nearby

@@ -8,11 +8,14 @@ from numpy.typing import NDArray
 from indoor_bim.plan.evidence import FEW_POINTS, WallPoints
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.strips import height_layers
+from indoor_bim.threads import even_slices, in_threads, threads_for
 
 Floats = NDArray[np.float64]
 
 PAST = 0.1
 """Points so far past the ends of a line still lie on it, metres."""
+SPOT = 0.03
+"""Side of the cells whose points are one spot, metres."""
 
 
 def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upper: float = 0.8) -> WallPoints:
@@ -33,8 +36,15 @@ def unexplained(points: WallPoints, lines: FaceLines, *, near: float = 0.08, upp
     if len(points) > FEW_POINTS:
         from indoor_bim.plan.oblique_loops import off_lines
 
-        rows = np.zeros(len(points), dtype=np.int64)
-        return points.take(rows[: off_lines(np.ascontiguousarray(points.xy), points.rise, upper, table, near, PAST, rows)])
+        xy, threads = np.ascontiguousarray(points.xy), threads_for(len(points))
+
+        def of_part(part: slice) -> NDArray[np.int64]:
+            rows = np.zeros(part.stop - part.start, dtype=np.int64)
+            count = off_lines(xy[part], points.rise[part], upper, table, near, PAST, rows)
+            rows += part.start
+            return rows[:count]
+
+        return points.take(np.concatenate(in_threads(of_part, even_slices(len(points), threads), threads=threads)))
     high = np.flatnonzero(points.rise > upper)
     xy, free = points.xy.take(high, axis=0), np.ones(len(high), dtype=bool)
     for dx, dy, nx, ny, offset, start, end in table:
@@ -59,13 +69,15 @@ def other_directions(points: WallPoints, *, cell: float = 0.40, least: float = 0
     """
     if not len(points):
         return []
-    layer = height_layers(points)
-    hits = np.unique(np.column_stack([np.floor(points.xy / 0.03).astype(np.int64), layer]), axis=0)
-    spots, layers = np.unique(hits[:, :2], axis=0, return_counts=True)
+    spots = np.floor(points.xy / SPOT).astype(np.int64)
+    low, high = spots.min(axis=0), spots.max(axis=0)
+    number = (spots[:, 0] - low[0]) * (high[1] - low[1] + 1) + spots[:, 1] - low[1]
+    spot, layers = np.unique(np.unique(number * 32 + height_layers(points)) // 32, return_counts=True)
     filled = layers >= 2
     if not filled.any():
         return []
-    fine, weight = spots[filled] * 0.03 + 0.015, layers[filled].astype(np.float64)
+    fine = (low + np.stack(np.divmod(spot[filled], high[1] - low[1] + 1), axis=1)) * SPOT + SPOT / 2
+    weight = layers[filled].astype(np.float64)
     angles, lengths = [], []
     for shift in ((0.0, 0.0), (0.5, 0.0), (0.0, 0.5), (0.5, 0.5)):
         index = np.floor(fine / cell + np.array(shift)).astype(np.int64)
