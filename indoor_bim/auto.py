@@ -87,17 +87,14 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     above = [s.floor for s in levelled.storeys[number + 1 :] if s.floor is not None]
     floor = storey.floor if storey.floor is not None else (storey.ceiling or 0.0) - 2.5
     top = storey.ceiling + 0.15 if storey.ceiling is not None else (above[0] - 0.1 if above else floor + 6.0)
-    points = levelled.points
-    sample = thin(points) if sample is None else sample
+    sample = thin(levelled.points) if sample is None else sample
     pitched = storey.ceiling is None
     overhead = roof_surface(sample, floor=floor, top=top) if pitched else overhead_surface(sample, floor=floor, top=top)
     ceiling = ridge_height(overhead) if pitched and overhead is not None else storey.ceiling
     if overhead is None and not ((sample[:, 2] > floor + 0.5) & (sample[:, 2] < top)).any():
         raise NothingToReconstructError(no_walls(len(levelled.points), **seen))
     low, high = extent(overhead, sample, floor=floor, top=top)
-    near = ev.rows_within(points, np.array([*low, floor - 0.1]), np.array([*high, top]))
-    sensor = known_positions(levelled.trajectory, gps_time, near)
-    points = ev.points_at(points, near) if len(near) < len(points) else points
+    points, sensor = _within(levelled, gps_time, np.array([*low, floor - 0.1]), np.array([*high, top]))
     filled = fill_nearest(overhead) if overhead is not None else Raster(np.full((1, 1), floor + 2.2), low, 1.0)
     wall_points = ev.wall_points(points, sensor, filled, floor=floor, step=0.0 if pitched else 0.30)
     if not len(wall_points):
@@ -164,6 +161,13 @@ def auto_storey(levelled: LevelledCloud, number: int, gps_time: Floats | None = 
     if ceiling is not None:
         plan = replace(plan, room_levels=levels, pitched=pitched)
     return AutoStages(lines, cells, room, wall, of_cells.inside, space.raster(space.ceiling), outlines, plan)
+
+
+def _within(levelled: LevelledCloud, gps_time: Floats | None, low: Floats, high: Floats) -> tuple[Floats, Floats | None]:
+    """Points within a box, and the scanner's position at each of them, where it is known."""
+    near = ev.rows_within(levelled.points, low, high)
+    sensor = known_positions(levelled.trajectory, gps_time, near)
+    return ev.points_at(levelled.points, near) if len(near) < len(levelled.points) else levelled.points, sensor
 
 
 def _entered(
