@@ -11,8 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
+from indoor_bim.plan import edge_fits
 from indoor_bim.plan.edge_fits import fewest_wrong, frame_width
-from indoor_bim.plan.holes import Hole, _closed, _ninth_decile, find_holes
+from indoor_bim.plan.holes import FULL_LINE, NARROW_BAR, THIN_BAR, Hole, _closed, _runs, find_holes
+from indoor_bim.plan.labels import connected_cells
 from indoor_bim.plan.relief import level_faces
 from indoor_bim.plan.wall_image import png_bytes, wall_image
 from indoor_bim.plan.wall_picture import WallPicture
@@ -103,6 +105,31 @@ def test_a_frame_is_told_by_its_depth(step):
     assert frame_width(distance, depth) == pytest.approx(0.055, abs=0.002)
 
 
+def frame_in_numpy(distance, depth, smallest_step):
+    """Twin of `frame_width`: every place between two hits is tried."""
+    rows = np.flatnonzero((distance > edge_fits.REVEAL_BLUR) & (distance < edge_fits.FARTHEST))
+    rows = rows[np.argsort(distance[rows], kind="stable")]
+    x, y = distance[rows], depth[rows]
+    best = (edge_fits.SURE, 0.0)
+    for n in range(edge_fits.ENOUGH, len(x) - edge_fits.ENOUGH + 1):
+        width, near, far = (x[n - 1] + x[n]) / 2, y[:n], y[n:]
+        step = abs(near.mean() - far.mean())
+        if edge_fits.NARROWEST_FRAME <= width <= min(edge_fits.WIDEST_FRAME, x[-1] - edge_fits.LEAST_FACE) and step > smallest_step:
+            spread = (near.var() * n + far.var() * len(far)) / len(x)
+            score = step / np.sqrt(max(spread, 1e-8) * (1 / n + 1 / len(far)))
+            best = max(best, (score, width), key=lambda found: found[0])
+    return best[1]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_frames_are_those_of_a_plain_search(seed):
+    rng = np.random.default_rng(seed)
+    count = int(rng.choice([0, 19, 20, 60, 800]))
+    distance, edge, step = rng.uniform(0, 0.3, count), rng.uniform(0.01, 0.1), rng.choice([0.0, 0.003, 0.006, -0.02])
+    depth = rng.normal(0, 0.003, count) + np.where(distance < edge, step, 0)
+    assert frame_width(distance, depth, smallest_step=0.004) == pytest.approx(frame_in_numpy(distance, depth, 0.004), abs=1e-12)
+
+
 def test_a_plain_face_has_no_frame():
     rng = np.random.default_rng(2)
     assert frame_width(rng.uniform(0, 0.25, 4000), rng.normal(0, 0.015, 4000)) == 0.0
@@ -130,10 +157,43 @@ def test_gaps_of_open_cells_are_closed_as_by_scipy(seed):
     np.testing.assert_array_equal(_closed(cells), expected)
 
 
-@pytest.mark.parametrize("count", [1, 2, 3, 17, 250])
-def test_the_ninth_decile_is_that_of_numpy(count):
-    values = np.random.default_rng(count).integers(0, 60, count)
-    assert _ninth_decile(values) == pytest.approx(np.percentile(values, 90), rel=1e-12)
+def runs_in_numpy(part, wall, cell):
+    """Twin of `_runs`."""
+    count = part.sum(axis=0)
+    if not count.any():
+        return []
+    full = np.diff(np.concatenate([[0], count >= FULL_LINE * np.percentile(count[count > 0], 90), [0]]).astype(int))
+    solid = np.concatenate([[0], np.cumsum(wall.sum(axis=0) > count)])
+    runs = []
+    for begin, end in zip(np.flatnonzero(full > 0), np.flatnonzero(full < 0), strict=True):
+        narrow = runs and (begin - runs[-1][1] + 1) * cell <= NARROW_BAR + cell
+        if narrow and (solid[begin] - solid[runs[-1][1]]) * cell < THIN_BAR:
+            runs[-1][1] = end
+        else:
+            runs.append([begin, end])
+    return sorted(((int(a), int(b)) for a, b in runs), key=lambda run: (run[0] - run[1], run[0]))
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_stretches_of_open_columns_are_those_of_numpy(seed):
+    rng = np.random.default_rng(seed)
+    columns = int(rng.integers(1, 60))
+    part = (rng.random((rng.integers(1, 12), columns)) < 0.9) & np.repeat(rng.random(30) < 0.6, 2)[:columns]
+    wall = ~part & (rng.random(part.shape) < 0.7)
+    for cell in (0.03, 0.05, 0.1):
+        assert _runs(part, wall, cell=cell) == runs_in_numpy(part, wall, cell)
+        assert _runs(part.T, wall.T, cell=cell) == runs_in_numpy(part.T, wall.T, cell)
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (1, 40), (30, 50), (7, 9, 11), (20, 1, 20)])
+@pytest.mark.parametrize("filled", [0.0, 0.08, 0.3, 1.0])
+def test_connected_cells_are_numbered_as_by_scipy(shape, filled):
+    cells = np.random.default_rng(len(shape)).random(shape) < filled
+    labels, boxes = connected_cells(cells)
+    expected, count = ndimage.label(cells, np.ones((3,) * len(shape)))
+    assert np.array_equal(labels, expected)
+    assert len(boxes) == count
+    assert [tuple(slice(a, b) for a, b in zip(*box, strict=True)) for box in boxes.tolist()] == ndimage.find_objects(expected)
 
 
 def test_no_open_cell_no_hole():

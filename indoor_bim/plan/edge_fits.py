@@ -79,19 +79,8 @@ def frame_width(distance: Floats, depth: Floats, *, smallest_step: float = FRAME
     smallest_step : float
         Smallest difference that counts.
     """
-    keep = (distance > REVEAL_BLUR) & (distance < FARTHEST)
-    order = np.argsort(distance[keep], kind="stable")
-    x, y = distance[keep][order], depth[keep][order]
-    count = np.arange(1, len(x))
-    width = (x[:-1] + x[1:]) / 2
-    possible = (width >= NARROWEST_FRAME) & (width <= min(WIDEST_FRAME, x[-1] - LEAST_FACE)) if len(x) else np.zeros(0, dtype=bool)
-    possible &= (count >= ENOUGH) & (len(x) - count >= ENOUGH)
-    if not possible.any():
-        return 0.0
-    total, square = np.cumsum(y), np.cumsum(y**2)
-    near, far = total[:-1] / count, (total[-1] - total[:-1]) / (len(x) - count)
-    spread = (square[-1] - count * near**2 - (len(x) - count) * far**2) / len(x)
-    error = np.sqrt(np.maximum(spread, 1e-8) * (1 / count + 1 / (len(x) - count)))
-    score = np.where(possible & (np.abs(near - far) > smallest_step), np.abs(near - far) / error, 0.0)
-    best = int(np.argmax(score))
-    return float(width[best]) if score[best] > SURE else 0.0
+    from indoor_bim.plan.opening_loops import frame_edge
+
+    hits = np.ascontiguousarray(distance), np.ascontiguousarray(depth)
+    bounds = (REVEAL_BLUR, FARTHEST, NARROWEST_FRAME, WIDEST_FRAME, LEAST_FACE, ENOUGH)
+    return float(frame_edge(*hits, *bounds, smallest_step, SURE))

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.labels import connected_cells
 from indoor_bim.plan.wall_picture import WallPicture
 
 Bools = NDArray[np.bool_]
@@ -108,53 +109,31 @@ def find_holes(
     >>> find_holes(state, ~state, cell=0.1)
     [Hole(start=1.0, end=2.0, bottom=0.0, top=2.0)]
     """
-    from scipy import ndimage
-
     bridged = open_cells | (_closed(open_cells) & ~wall_cells)
-    labels, _ = ndimage.label(bridged, np.ones((3, 3)))
+    labels, boxes = connected_cells(bridged)
     holes: list[Hole] = []
-    for number, box in enumerate(ndimage.find_objects(labels), start=1):
-        low, left = box[0].start, box[1].start
-        if (box[0].stop - low) * cell < min_height or (box[1].stop - left) * cell < min_width:
+    for number, ((low, left), (high, right)) in enumerate(boxes.tolist(), start=1):
+        if (high - low) * cell < min_height or (right - left) * cell < min_width:
             continue
-        part = (labels[box] == number) & open_cells[box]
-        if part.sum() * cell**2 < SMALLEST_SIDE**2 / 2:
+        box = slice(low, high), slice(left, right)
+        part, wall = (labels[box] == number) & open_cells[box], wall_cells[box]
+        if np.count_nonzero(part) * cell**2 < SMALLEST_SIDE**2 / 2:
             continue
-        for columns in _runs(part, wall_cells[box], axis=0, cell=cell):
-            strip = part[:, columns]
-            for rows in _runs(strip, wall_cells[box][:, columns], axis=1, cell=cell)[:1]:
-                hole = Hole(
-                    *(float(np.round(k * cell, 9)) for k in (left + columns.start, left + columns.stop, low + rows.start, low + rows.stop))
-                )
+        for first, last in _runs(part, wall, cell=cell):
+            for bottom, top in _runs(part[:, first:last].T, wall[:, first:last].T, cell=cell)[:1]:
+                hole = Hole(*(round(k * cell, 9) for k in (left + first, left + last, low + bottom, low + top)))
                 if hole.width >= min_width and hole.height >= min_height:
                     holes.append(hole)
     return sorted(holes, key=lambda hole: (hole.start, hole.bottom))
 
 
-def _runs(part: Bools, wall: Bools, *, axis: int, cell: float) -> list[slice]:
-    """Stretches of columns (axis 0) or rows (axis 1) that are open over most of their typical length, longest first."""
-    count = part.sum(axis=axis)
-    if not count.any():
-        return []
-    full = np.diff(np.concatenate([[False], count >= FULL_LINE * _ninth_decile(count[count > 0]), [False]]).astype(np.int8))
-    solid = np.cumsum(wall.sum(axis=axis) > count)
-    runs: list[list[int]] = []
-    for begin, end in zip(np.flatnonzero(full > 0).tolist(), np.flatnonzero(full < 0).tolist(), strict=True):
-        if runs and (begin - runs[-1][1] + 1) * cell <= NARROW_BAR + cell and (solid[begin - 1] - solid[runs[-1][1] - 1]) * cell < THIN_BAR:
-            runs[-1][1] = end
-        else:
-            runs.append([begin, end])
-    runs.sort(key=lambda run: (run[0] - run[1], run[0]))
-    return [slice(a, b) for a, b in runs]
+def _runs(part: Bools, wall: Bools, *, cell: float) -> list[tuple[int, int]]:
+    """Stretches of columns that are open over most of their typical length, longest first: the first column, and one more than the last."""
+    from indoor_bim.plan.opening_loops import open_runs
 
-
-def _ninth_decile(values: Ints) -> float:
-    """Value that nine tenths are below, as by `numpy.percentile`, which takes its time for so few."""
-    ordered = np.sort(values)
-    place = 0.9 * (len(ordered) - 1)
-    low = int(place)
-    high = min(low + 1, len(ordered) - 1)
-    return float(ordered[low] + (ordered[high] - ordered[low]) * (place - low))
+    runs = np.zeros((part.shape[1], 2), dtype=np.int64)
+    found = [(begin, end) for begin, end in runs[: open_runs(part, wall, cell, FULL_LINE, NARROW_BAR, THIN_BAR, runs)].tolist()]
+    return sorted(found, key=lambda run: (run[0] - run[1], run[0]))
 
 
 def _closed(cells: Bools) -> Bools:

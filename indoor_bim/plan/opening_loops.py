@@ -1,16 +1,17 @@
-"""Rays and points at openings, one by one: the compiled inner loops of `traces`, `opening_edges`, `opening_evidence`, `door_leaves`."""
+"""Rays, points and cells at openings, one by one: the compiled inner loops of `traces`, `holes`, `edge_fits`, `door_leaves` and others."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import types
 
-from indoor_bim.compiled import compiled
+from indoor_bim.compiled import compiled, inlined
 
 _float32s = types.Array(types.float32, 1, "A", readonly=True)
 _floats, _ints = types.Array(types.float64, 1, "A", readonly=True), types.Array(types.int64, 1, "C")
 _fixed = types.Array(types.float64, 1, "C", readonly=True)
 _kinds = types.Array(types.uint8, 1, "C")
+_cells, _runs = types.Array(types.boolean, 2, "A", readonly=True), types.Array(types.int64, 2, "C")
 _f32, _f64 = types.float32, types.float64
 FACE, WENT_IN, THROUGH = 1, 2, 4
 
@@ -149,3 +150,84 @@ def best_fill(x, y, z, length, slack, pivot_step, cosines, sines, thickest, patc
             filled = hit[:patches].sum() / (patches * layers) - hit[patches + 2 : patches + 4].sum() / (2 * layers)
             best = max(best, filled)
     return best
+
+
+@compiled(*[_fixed] * 2, *[_f64] * 5, types.int64, *[_f64] * 2)
+def frame_edge(distance, depth, near, far, narrowest, widest, least_face, enough, smallest_step, sure):  # type: ignore[no-untyped-def]
+    """Distance from an edge that parts depths best into two, those of a frame and of the face beyond it; 0 where none surely does."""
+    count = 0
+    given, values = np.zeros(len(distance)), np.zeros(len(distance))
+    for i in range(len(distance)):
+        if distance[i] > near and distance[i] < far:
+            given[count], values[count] = distance[i], depth[i]
+            count += 1
+    if count < 2 * enough:
+        return 0.0
+    order = np.argsort(given[:count], kind="mergesort")
+    x, total, square = np.zeros(count), np.zeros(count), np.zeros(count)
+    here = here_square = 0.0
+    for i in range(count):
+        value = values[order[i]]
+        here, here_square = here + value, here_square + value * value
+        x[i], total[i], square[i] = given[order[i]], here, here_square
+    best, width = sure, 0.0
+    for i in range(enough - 1, count - enough):
+        middle, before, after = (x[i] + x[i + 1]) / 2, i + 1, count - i - 1
+        if middle < narrowest or middle > min(widest, x[-1] - least_face):
+            continue
+        mean, beyond = total[i] / before, (total[-1] - total[i]) / after
+        if not abs(mean - beyond) > smallest_step:
+            continue
+        spread = (square[-1] - before * mean**2 - after * beyond**2) / count
+        score = abs(mean - beyond) / np.sqrt(max(spread, 1e-8) * (1 / before + 1 / after))
+        if score > best:
+            best, width = score, middle
+    return width
+
+
+@inlined
+def _ninth_decile(values):  # type: ignore[no-untyped-def]
+    """Value that nine tenths are below."""
+    ordered = np.sort(values)
+    place = 0.9 * (len(ordered) - 1)
+    low = int(place)
+    high = min(low + 1, len(ordered) - 1)
+    return ordered[low] + (ordered[high] - ordered[low]) * (place - low)
+
+
+@compiled(_cells, _cells, *[_f64] * 4, _runs)
+def open_runs(part, wall, cell, full, narrow, thin, runs):  # type: ignore[no-untyped-def]
+    """Write the stretches of columns that are open over a share of their typical length (`full`); return how many there are.
+
+    Narrow bars do not part them, unless they show a wall that is not thin.
+    """
+    rows, columns = part.shape
+    count, solid = np.zeros(columns, np.int64), np.zeros(columns, np.int64)
+    filled, walls = 0, 0
+    for j in range(columns):
+        stopped = 0
+        for i in range(rows):
+            count[j] += part[i, j]
+            stopped += wall[i, j]
+        filled += count[j] > 0
+        walls += stopped > count[j]
+        solid[j] = walls
+    if filled == 0:
+        return 0
+    least = full * _ninth_decile(count[count > 0])
+    found, j = 0, 0
+    while j < columns:
+        if count[j] < least:
+            j += 1
+            continue
+        begin = j
+        while j < columns and count[j] >= least:
+            j += 1
+        last = runs[found - 1, 1] if found else 0
+        bar = solid[begin - 1] - solid[last - 1] if found else 0
+        if found and (begin - last + 1) * cell <= narrow + cell and bar * cell < thin:
+            runs[found - 1, 1] = j
+        else:
+            runs[found, 0], runs[found, 1] = begin, j
+            found += 1
+    return found

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.plan.evidence import FEW_POINTS
 from indoor_bim.plan.grouping import group_keys
+from indoor_bim.plan.labels import connected_cells
 from indoor_bim.plan.raster import Raster
 
 Floats = NDArray[np.float64]
@@ -39,8 +40,6 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
     Raster or None
         Heights in metres, NaN where nothing was seen; None where there is no such surface.
     """
-    from scipy import ndimage
-
     lowest = floor + (0.5 if sloped else _MIN_HEADROOM)
     p = points.take(np.flatnonzero((points[:, 2] > lowest) & (points[:, 2] < top)), axis=0)
     if not len(p):
@@ -63,10 +62,10 @@ def overhead_surface(points: Floats, *, floor: float, top: float, sloped: bool =
     i, j, k = np.unravel_index(key[first[level]], shape)
     occupied = np.zeros(shape, dtype=bool)
     occupied[i, j, k] = True
-    labels, number = ndimage.label(occupied, np.ones((3, 3, 3)))
-    label = labels[i, j, k]
-    columns = np.unique(np.column_stack([label, i, j]), axis=0)
-    area = np.bincount(columns[:, 0], minlength=number + 1) * _COARSE**2
+    labels, boxes = connected_cells(occupied)
+    label = labels[i, j, k].astype(np.int64)
+    columns = np.unique(label * (shape[0] * shape[1]) + i * shape[1] + j)
+    area = np.bincount(columns // (shape[0] * shape[1]), minlength=len(boxes) + 1) * _COARSE**2
     large = area[label] >= _MIN_SURFACE_AREA
     height = np.full(shape[:2], -np.inf)
     np.maximum.at(height, (i[large], j[large]), mean[level][large, 2])
