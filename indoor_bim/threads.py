@@ -16,10 +16,15 @@ MOST_THREADS = 8
 POINTS_PER_THREAD = 50_000
 
 
-def threads_for(points: int) -> int:
-    """Threads for a number of points: as many as this process may use processors, at most `MOST_THREADS`, one for few points."""
+def most_threads() -> int:
+    """As many threads as this process may use processors, at most `MOST_THREADS`."""
     usable = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(1, min(usable, MOST_THREADS, points // POINTS_PER_THREAD))
+    return min(usable, MOST_THREADS)
+
+
+def threads_for(points: int) -> int:
+    """Threads for a number of points: `most_threads`, fewer for few points."""
+    return max(1, min(most_threads(), points // POINTS_PER_THREAD))
 
 
 def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, threads: int) -> list[Outcome]:
@@ -61,7 +66,7 @@ def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, thread
             except Exception as error:
                 failed[place] = error
 
-    helpers = [_helpers(threads_for(MOST_THREADS * POINTS_PER_THREAD)).submit(work_on) for _ in range(min(threads, len(items)) - 1)]
+    helpers = [_helpers(most_threads()).submit(work_on) for _ in range(min(threads, len(items)) - 1)]
     try:
         work_on()
     finally:

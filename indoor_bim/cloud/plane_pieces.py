@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.cloud.box_moments import BoxMoments, box_moments
+from indoor_bim.threads import even_slices, in_threads, most_threads
 
 Floats = NDArray[np.float64]
 
@@ -58,7 +59,10 @@ def plane_pieces(boxes: BoxMoments, *, flatness: float = 0.2) -> Patches:
         Largest ratio between the standard deviations across the plane and along its shorter axis.
     """
     filled = boxes.count >= MIN_CELL_POINTS
-    values, vectors = np.linalg.eigh(boxes.covariance[filled])
+    covariance = boxes.covariance[filled]
+    parts = even_slices(len(covariance), most_threads())
+    shares = in_threads(lambda part: np.linalg.eigh(covariance[part]), parts, threads=len(parts))
+    values, vectors = (np.concatenate(found) for found in zip(*shares, strict=True))
     deviation = np.sqrt(np.maximum(values, 0))
     keep = deviation[:, 0] <= flatness * deviation[:, 1]
     return Patches(boxes.mean[filled][keep], vectors[keep, :, 0], deviation[keep, 0])

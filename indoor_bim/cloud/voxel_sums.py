@@ -7,6 +7,8 @@ nor the number of threads shows in them.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numba import types
 from numpy.typing import ArrayLike, NDArray
@@ -114,12 +116,24 @@ def _sums_by_voxel(
 
     shares = in_threads(add, tiles.shares(threads), threads=threads)
     keys, count, mean = (np.concatenate([share[k] for share in shares]) for k in range(3))
-    order = order_of(keys)
+    order = _order_by_slab(keys, strides[0] << TILE_BITS, threads)
     ordered = np.zeros_like(mean)
     in_threads(
         lambda part: mean.take(order[part], axis=0, out=ordered[part], mode="clip"), even_slices(len(order), threads), threads=threads
     )
     return keys.take(order), count.take(order), ordered
+
+
+def _order_by_slab(keys: NDArray[np.int64], slab: int, threads: int) -> NDArray[np.int64]:
+    """Rows of keys in ascending order; multiples of the slab, that of a column of tiles, already ascend."""
+    number, order = keys // slab, np.zeros(len(keys), dtype=np.int64)
+    edges = [*np.flatnonzero(np.diff(number, prepend=-1)).tolist(), len(keys)]
+
+    def sort(part: slice) -> None:
+        order[part] = order_of(keys[part] - number[part.start] * slab) + part.start
+
+    in_threads(sort, [slice(a, b) for a, b in pairwise(edges)], threads=threads)
+    return order
 
 
 def strides_of(size: ArrayLike) -> NDArray[np.int64]:

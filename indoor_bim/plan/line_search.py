@@ -19,7 +19,7 @@ from indoor_bim.plan.map_drift import largest_double
 from indoor_bim.plan.oblique import other_directions, unexplained
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.strips import BELOW_CEILING, FAR, THIN, WHOLE_COLUMN, Strips, Sweep, evidence_along, sweep
-from indoor_bim.threads import in_threads, threads_for
+from indoor_bim.threads import in_threads, most_threads
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -84,7 +84,7 @@ def _swept(points: WallPoints, angles: Sequence[float], strips: Strips, *, first
         swept = sweep(points, angles[k], strips=strips)
         return swept.bare(), face_lines(swept, family=first + k)
 
-    both = in_threads(one, range(len(angles)), threads=min(threads_for(len(points)), 2))
+    both = in_threads(one, range(len(angles)), threads=min(most_threads(), 2))
     return [swept for swept, _ in both], [lines for _, lines in both]
 
 

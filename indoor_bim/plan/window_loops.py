@@ -18,17 +18,18 @@ def _mirrored(i, count):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _sum_across(line, reach, out):  # type: ignore[no-untyped-def]
-    """Sums of the windows along a line; they are exact, so nothing depends on where they begin."""
-    count = len(line)
-    here = 0.0
+def _sum_across(one, other, reach, out, other_out):  # type: ignore[no-untyped-def]
+    """Sums of the windows along two lines; they are exact, so nothing depends on where they begin."""
+    count = len(one)
+    here = other_here = 0.0
     for j in range(-reach, reach + 1):
-        here += line[_mirrored(j, count)]
+        here, other_here = here + one[_mirrored(j, count)], other_here + other[_mirrored(j, count)]
     for j in range(count):
-        out[j] = here
-        gone = line[j - reach] if j >= reach else line[_mirrored(j - reach, count)]
-        come = line[j + reach + 1] if j + reach + 1 < count else line[_mirrored(j + reach + 1, count)]
-        here += np.float64(come) - np.float64(gone)
+        out[j], other_out[j] = here, other_here
+        gone = j - reach if j >= reach else _mirrored(j - reach, count)
+        come = j + reach + 1 if j + reach + 1 < count else _mirrored(j + reach + 1, count)
+        here += np.float64(one[come]) - np.float64(one[gone])
+        other_here += np.float64(other[come]) - np.float64(other[gone])
 
 
 @compiled(_image, _image, types.int64, types.float32, _image)
@@ -53,8 +54,7 @@ def share_around(image, weight, reach, least, out):  # type: ignore[no-untyped-d
         for j in range(columns):
             total[j] += np.float64(image[come, j]) - np.float64(image[gone, j])
             total_weight[j] += np.float64(weight[come, j]) - np.float64(weight[gone, j])
-        _sum_across(line, reach, across)
-        _sum_across(line_weight, reach, across_weight)
+        _sum_across(line, line_weight, reach, across, across_weight)
         for j in range(columns):
             out[i, j] = np.float32(across[j] / size) / max(np.float32(across_weight[j] / size), least)
 
