@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from indoor_bim.plan.block_image import BlockImage
 from indoor_bim.plan.crest_loops import LONG, WINDOW, fit_crest
 from indoor_bim.plan.strips import BELOW_CEILING, layer_bits
 
@@ -22,6 +23,11 @@ def crest(rows, *, slope, seed):
             masks[3 + i, strip] |= np.uint32(rng.integers(0, 2**24))
         masks[3 + i, rng.integers(0, 90, 3)] |= np.uint32(rng.integers(0, 2**24))
     return masks, 3, path
+
+
+def fitted(masks, first, path):
+    image = BlockImage.of(masks)
+    return fit_crest(image.slot, image.values, masks.shape[1], first, path, BAND, ALONG, ACROSS)
 
 
 def twin(masks, first, path):
@@ -57,7 +63,7 @@ def twin(masks, first, path):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_line_is_that_of_the_twin(rows, slope, seed):
     masks, first, path = crest(rows, slope=slope, seed=seed)
-    found, *line = fit_crest(masks, first, path, BAND, ALONG, ACROSS)
+    found, *line = fitted(masks, first, path)
     assert found
     assert line == pytest.approx(twin(masks, first, path), abs=1e-9)
 
@@ -65,4 +71,4 @@ def test_line_is_that_of_the_twin(rows, slope, seed):
 def test_few_layers_are_no_line():
     masks = np.zeros((9, 30), dtype=np.uint32)
     masks[4, 10] = 1 << 21
-    assert not fit_crest(masks, 2, np.full(5, 10.0), BAND, ALONG, ACROSS)[0]
+    assert not fitted(masks, 2, np.full(5, 10.0))[0]

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from indoor_bim.plan.block_image import BLOCK, BlockImage
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.sparse_image import SparseImage
 from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many, masks_of_many
@@ -42,14 +43,14 @@ def test_many_points_give_what_their_twins_give(strips, angle, sided, seed):
     low, masks = strip_masks(points, np.cos(angle), np.sin(angle), strips)
     many_low, many_masks = masks_of_many(points, np.cos(angle), np.sin(angle), strips)
     assert np.array_equal(many_low, low)
-    assert np.array_equal(many_masks, masks)
+    assert np.array_equal(many_masks.whole(), masks)
     evidence, crest = wall_evidence(masks, strips), crests(masks, strips)
-    many_evidence, strong = evidence_of_many(masks, strips)
-    assert np.array_equal(many_evidence, evidence)
+    many_evidence = evidence_of_many(many_masks, strips)
+    assert np.array_equal(many_evidence.whole(), evidence)
     crest &= evidence >= 0.35
-    assert np.array_equal(crests_of_many(masks, strips, evidence, strong), np.flatnonzero(crest))
+    assert np.array_equal(crests_of_many(many_masks, strips, many_evidence), np.flatnonzero(crest))
     swept = sweep(points, angle, strips=strips)
-    assert np.array_equal(swept.masks, masks)
+    assert np.array_equal(swept.masks.whole(), masks)
     assert np.array_equal(swept.crest, np.argwhere(crest))
     shown = swept.evidence.whole()
     assert ((shown == 0) | (shown == evidence)).all()
@@ -71,11 +72,12 @@ def test_strips_hit_up_to_the_border_give_what_their_twins_give(strips, shape, s
     masks[:, :, 20:24] |= np.uint32(2**strips.layers - 1)
     masks[0, :, :2] |= np.uint32(2**strips.layers - 1)
     evidence = wall_evidence(masks, strips)
-    many_evidence, strong = evidence_of_many(masks, strips)
-    assert np.array_equal(many_evidence, evidence)
+    many_masks = BlockImage.of(masks)
+    many_evidence = evidence_of_many(many_masks, strips)
+    assert np.array_equal(many_evidence.whole(), evidence)
     assert (evidence >= 0.35).any()
     places = np.flatnonzero(crests(masks, strips) & (evidence >= 0.35))
-    assert np.array_equal(crests_of_many(masks, strips, evidence, strong), places)
+    assert np.array_equal(crests_of_many(many_masks, strips, many_evidence), places)
 
 
 @pytest.mark.parametrize(("angle", "offset"), [(0.0, 0.004), (np.pi, -3.0), (0.004 + np.pi, -2.995), (0.01, -9.0)])
@@ -99,3 +101,15 @@ def test_values_near_a_line_reach_three_strips_to_either_side():
     found = np.zeros(12)
     largest_near(sparse.places, sparse.values, 1, 3, 12, np.full(12, 1.5), np.arange(12) + 0.5, found)
     assert np.flatnonzero(found).tolist() == [3, 4, 5, 6, 7, 8]
+
+
+@pytest.mark.parametrize("shape", [(3, BLOCK), (2, 5, 1), (2, 4, 3 * BLOCK + 7), (2, 0, 0)])
+def test_an_image_in_blocks_is_the_whole_one(shape):
+    rng = np.random.default_rng(4)
+    image = np.where(rng.random(shape) < 0.02, rng.integers(1, 99, shape), 0).astype(np.uint32)
+    blocks = BlockImage.of(image)
+    assert np.array_equal(blocks.whole(), image)
+    assert np.array_equal(blocks.at(np.arange(image.size)), image.ravel())
+    assert np.array_equal(blocks.side(1).whole(), image[1])
+    assert not blocks.values[0].any()
+    assert blocks.values[1:].any(axis=1).all()

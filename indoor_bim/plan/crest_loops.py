@@ -6,6 +6,7 @@ import numpy as np
 from numba import types
 
 from indoor_bim.compiled import compiled, inlined
+from indoor_bim.plan.block_image import BLOCK, BLOCK_BITS
 from indoor_bim.plan.strip_loops import ones
 
 WINDOW = 6
@@ -14,7 +15,7 @@ ROUNDS = 8
 LONG = 6
 """Crests over more strips may be askew."""
 
-_masks = types.Array(types.uint32, 2, "C", readonly=True)
+_slot, _words = types.Array(types.int32, 2, "C", readonly=True), types.Array(types.uint32, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
 
 
@@ -31,8 +32,8 @@ def _median(values):  # type: ignore[no-untyped-def]
     return (ordered[(len(values) - 1) // 2] + ordered[len(values) // 2]) / 2
 
 
-@compiled(_masks, types.int64, _values, types.uint32, types.float64, types.float64)
-def fit_crest(masks, first, path, band, along, across):  # type: ignore[no-untyped-def]
+@compiled(_slot, _words, types.int64, types.int64, _values, types.uint32, types.float64, types.float64)
+def fit_crest(slot, words, columns, first, path, band, along, across):  # type: ignore[no-untyped-def]
     """Line y = level + slope (x - middle) by Tukey's weights, in metres from the corner of the strips, and the scatter across it.
 
     At first the layers of the band count, which stand for walls alone, then all layers of the column. The crest runs through strip
@@ -45,8 +46,8 @@ def fit_crest(masks, first, path, band, along, across):  # type: ignore[no-untyp
     for i in range(count):
         x[i] = (first + i + 0.5) * along
         for k in range(size):
-            strip = min(max(int(np.rint(path[i])) + k - WINDOW, 0), masks.shape[1] - 1)
-            word = masks[first + i, strip]
+            strip = min(max(int(np.rint(path[i])) + k - WINDOW, 0), columns - 1)
+            word = words[slot[first + i, strip >> BLOCK_BITS], strip & (BLOCK - 1)]
             whole[i, k], upper[i, k], y[i, k] = ones(word), ones(word & band), (strip + 0.5) * across
             total += upper[i, k]
             middle += upper[i, k] * x[i]

@@ -186,8 +186,9 @@ def _fit(swept: Sweep, side: int, u: Ints, v: Ints) -> tuple[float, float, float
 
     columns, first = np.unique(u, return_index=True)
     path = np.interp(np.arange(columns[0], columns[-1] + 1), columns, v[first])
-    strips = swept.strips
-    found, *line = fit_crest(swept.masks[side], int(columns[0]), path, layer_bits(strips.band), strips.along, strips.across)
+    strips, masks = swept.strips, swept.masks
+    image = (masks.slot[side], masks.values, masks.shape[2])
+    found, *line = fit_crest(*image, int(columns[0]), path, layer_bits(strips.band), strips.along, strips.across)
     slope, middle, level, spread = line
     return (slope, middle + swept.low[0], level + swept.low[1], spread) if found else None
 

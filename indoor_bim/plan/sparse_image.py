@@ -36,13 +36,12 @@ class SparseImage:
     @classmethod
     def of(cls, image: NDArray[Any]) -> Self:
         """Sparse image of a whole one."""
-        return cls.at_places(image, np.flatnonzero(image))
+        return cls.at_places(image.shape, np.arange(image.size), image.ravel())
 
     @classmethod
-    def at_places(cls, image: NDArray[Any], places: NDArray[np.int64]) -> Self:
-        """Sparse image with the values of a whole one at places of the flat image, ascending, that are not zero."""
-        values = image.ravel()[places]
-        return cls(image.shape, places[values != 0], values[values != 0])
+    def at_places(cls, shape: tuple[int, ...], places: NDArray[np.int64], values: NDArray[Any]) -> Self:
+        """Sparse image with the values at places of the flat image, ascending, that are not zero."""
+        return cls(shape, places[values != 0], values[values != 0])
 
     def at(self, *index: Any) -> NDArray[Any]:
         """Values at indices inside the image, one array for each axis; they are broadcast."""

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.block_image import BlockImage
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.sparse_image import SparseImage
 
@@ -89,13 +90,13 @@ class Sweep:
     angle: float
     low: Floats
     strips: Strips
-    masks: NDArray[np.uint32]
+    masks: BlockImage
     crest: Ints
     evidence: SparseImage
 
     def bare(self) -> Sweep:
         """The sweep with its evidence alone, which takes little memory."""
-        return replace(self, masks=np.zeros((2, 0, 0), dtype=np.uint32), crest=np.zeros((0, 3), dtype=np.int64))
+        return replace(self, masks=BlockImage.of(np.zeros((2, 0, 0), dtype=np.uint32)), crest=np.zeros((0, 3), dtype=np.int64))
 
 
 def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -> Sweep:
@@ -118,21 +119,25 @@ def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -
     """
     cosine, sine = float(np.cos(angle)), float(np.sin(angle))
     if len(points) <= FEW_POINTS:
-        low, masks = strip_masks(points, cosine, sine, strips)
+        low, whole = strip_masks(points, cosine, sine, strips)
+        masks = BlockImage.of(whole)
     else:
         from indoor_bim.plan.strip_filters import masks_of_many
 
         low, masks = masks_of_many(points, cosine, sine, strips)
-    if masks.size <= FEW_STRIPS:
-        evidence = wall_evidence(masks, strips)
-        places = np.flatnonzero(crests(masks, strips) & (evidence >= LEAST_EVIDENCE))
+    if int(np.prod(masks.shape)) <= FEW_STRIPS:
+        whole = masks.whole()
+        dense = wall_evidence(whole, strips)
+        places = np.flatnonzero(crests(whole, strips) & (dense >= LEAST_EVIDENCE))
+        evidence = BlockImage.of(dense)
     else:
         from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many
 
-        evidence, strong = evidence_of_many(masks, strips)
-        places = crests_of_many(masks, strips, evidence, strong)
+        evidence = evidence_of_many(masks, strips)
+        places = crests_of_many(masks, strips, evidence)
     crest = np.column_stack(np.unravel_index(places, masks.shape))
-    return Sweep(angle, low, strips, masks, crest, SparseImage.at_places(evidence, _and_beside(places, masks.shape[2])))
+    shown = _and_beside(places, masks.shape[2])
+    return Sweep(angle, low, strips, masks, crest, SparseImage.at_places(masks.shape, shown, evidence.at(shown)))
 
 
 def lower_corner(u: float, v: float, strips: Strips) -> Floats:
