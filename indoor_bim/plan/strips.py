@@ -24,7 +24,7 @@ APART = 0.04
 """Least distance between the faces of one side, metres."""
 FEW_POINTS = 20_000
 FEW_STRIPS = 200_000
-"""So many points or strips are taken by numpy and scipy, sooner than the compiled loops are loaded."""
+"""So many points in so many strips are taken by numpy and scipy, sooner than the compiled loops are loaded."""
 LEAST_EVIDENCE = 0.35
 """Share of the column below the ceiling that a wall fills at least."""
 
@@ -118,21 +118,15 @@ def sweep(points: WallPoints, angle: float, *, strips: Strips = BELOW_CEILING) -
         (n, 3) holds side, u and v of the strips on crests, ascending.
     """
     cosine, sine = float(np.cos(angle)), float(np.sin(angle))
-    if len(points) <= FEW_POINTS:
+    if len(points) <= FEW_POINTS and int(np.prod(strip_grid(points, cosine, sine, strips)[1])) <= FEW_STRIPS:
         low, whole = strip_masks(points, cosine, sine, strips)
-        masks = BlockImage.of(whole)
+        filled = wall_evidence(whole, strips)
+        places = np.flatnonzero(crests(whole, strips) & (filled >= LEAST_EVIDENCE))
+        masks, evidence = BlockImage.of(whole), BlockImage.of(filled)
     else:
-        from indoor_bim.plan.strip_filters import masks_of_many
+        from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many, masks_of_many
 
         low, masks = masks_of_many(points, cosine, sine, strips)
-    if int(np.prod(masks.shape)) <= FEW_STRIPS:
-        whole = masks.whole()
-        dense = wall_evidence(whole, strips)
-        places = np.flatnonzero(crests(whole, strips) & (dense >= LEAST_EVIDENCE))
-        evidence = BlockImage.of(dense)
-    else:
-        from indoor_bim.plan.strip_filters import crests_of_many, evidence_of_many
-
         evidence = evidence_of_many(masks, strips)
         places = crests_of_many(masks, strips, evidence)
     crest = np.column_stack(np.unravel_index(places, masks.shape))
@@ -147,17 +141,23 @@ def lower_corner(u: float, v: float, strips: Strips) -> Floats:
     )
 
 
-def strip_masks(points: WallPoints, cosine: float, sine: float, strips: Strips) -> tuple[Floats, NDArray[np.uint32]]:
-    """Lower corner (2,) and hit layers (2, u, v) of the strips along a direction."""
+def strip_grid(points: WallPoints, cosine: float, sine: float, strips: Strips) -> tuple[Floats, tuple[int, int, int]]:
+    """Lower corner (2,) of the strips along a direction, metres, and their numbers: two sides, along and across."""
     x, y = points.xy.T
     u, v = x * cosine + y * sine, x * -sine + y * cosine
     low = lower_corner(u.min(), v.min(), strips)
-    iu = ((u - low[0]) / strips.along).astype(np.int64)
-    iv = ((v - low[1]) / strips.across).astype(np.int64)
-    shape = (2, int(iu.max()) + 6, int(iv.max()) + 11)
+    return low, (2, int((u.max() - low[0]) / strips.along) + 6, int((v.max() - low[1]) / strips.across) + 11)
+
+
+def strip_masks(points: WallPoints, cosine: float, sine: float, strips: Strips) -> tuple[Floats, NDArray[np.uint32]]:
+    """Lower corner (2,) and hit layers (2, u, v) of the strips along a direction."""
+    low, shape = strip_grid(points, cosine, sine, strips)
+    x, y = points.xy.T
+    iu = ((x * cosine + y * sine - low[0]) / strips.along).astype(np.int64)
+    iv = ((x * -sine + y * cosine - low[1]) / strips.across).astype(np.int64)
     bit = np.uint32(1) << height_layers(points, strips).astype(np.uint32)
     masks = np.zeros(shape, dtype=np.uint32)
-    from_left = from_right = np.ones(len(u), dtype=bool)
+    from_left = from_right = np.ones(len(x), dtype=bool)
     if points.sensor is not None:
         from_left = (points.sensor[:, 0] - x) * -sine + (points.sensor[:, 1] - y) * cosine > 0
         from_right = ~from_left
