@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from indoor_bim.ordering import median
 from indoor_bim.plan.relief import FACE_REACH, STEEP
 from indoor_bim.plan.wall_rays import WallRays
+from indoor_bim.threads import in_threads, threads_for
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -41,18 +42,15 @@ def with_brightness(walls: Sequence[WallRays]) -> list[WallRays]:
         were hit.
     """
     unknown = [replace(rays, intensity=None) for rays in walls]
-    known = [_on_face(rays) for rays in walls]
-    terms = np.hstack([np.zeros((2, 0)), *(_logarithms(rays, rows) for rays, rows in zip(walls, known, strict=True))])
-    values = np.concatenate(
-        [np.zeros(0), *(np.log(r.intensity[k], dtype=np.float64) for r, k in zip(walls, known, strict=True) if r.intensity is not None)]
-    )
+    known = in_threads(_on_face, walls, threads=threads_for(sum(len(rays) for rays in walls)))
+    terms, values = (np.concatenate(parts, axis=-1) for parts in zip((np.zeros((2, 0)), np.zeros(0)), *(k[1:] for k in known), strict=True))
     factors = _robust_fit(terms, values)
     if factors is None:
         return unknown
     deviation = np.round((values - _polynomial(terms) @ factors) / RESOLUTION) * RESOLUTION
     out = []
     begin = 0
-    for rays, rows in zip(unknown, known, strict=True):
+    for rays, (rows, _, _) in zip(unknown, known, strict=True):
         brightness = np.full(len(rays), np.nan, dtype=np.float32)
         brightness[rows] = deviation[begin : begin + len(rows)]
         begin += len(rows)
@@ -60,16 +58,13 @@ def with_brightness(walls: Sequence[WallRays]) -> list[WallRays]:
     return out
 
 
-def _on_face(rays: WallRays) -> Ints:
-    """Rays that ended at a face, with a known intensity."""
+def _on_face(rays: WallRays) -> tuple[Ints, Floats, Floats]:
+    """Rays that ended at a face, with a known intensity; logarithms (2, n) of length and cosine of the incidence; and (n,) of intensity."""
     if rays.intensity is None:
-        return np.zeros(0, dtype=np.int64)
-    return np.flatnonzero((np.abs(rays.depth) < FACE_REACH) & (rays.slant > STEEP) & (rays.intensity > 0))
-
-
-def _logarithms(rays: WallRays, rows: Ints) -> Floats:
-    """Logarithms (2, n) of length and cosine of the incidence."""
-    return np.log(np.maximum(np.stack([rays.length[rows], rays.slant[rows]]), 1e-3), dtype=np.float64)
+        return np.zeros(0, dtype=np.int64), np.zeros((2, 0)), np.zeros(0)
+    rows = np.flatnonzero((np.abs(rays.depth) < FACE_REACH) & (rays.slant > STEEP) & (rays.intensity > 0))
+    logarithms = np.log(np.maximum(np.stack([rays.length[rows], rays.slant[rows]]), 1e-3), dtype=np.float64)
+    return rows, logarithms, np.log(rays.intensity[rows], dtype=np.float64)
 
 
 def _polynomial(logarithms: Floats) -> Floats:
