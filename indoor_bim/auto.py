@@ -19,7 +19,7 @@ from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.arc_chains import chain_ends, with_curved_walls
 from indoor_bim.plan.arcs import wall_spots
 from indoor_bim.plan.beams import without_beams
-from indoor_bim.plan.built_in import without_bare_niches, without_built_ins
+from indoor_bim.plan.built_in import WIDEST, without_bare_niches, without_built_ins
 from indoor_bim.plan.cells import Cells, close_corners, cut_into_cells, hidden_wall, label_cells
 from indoor_bim.plan.curve import Curve
 from indoor_bim.plan.face_lines import FaceLines
@@ -195,9 +195,11 @@ def _entered(
 def _behind_built_ins(outlines: Sequence[RoomOutline], folded: NDArray[np.bool_]) -> tuple[RoomOutline, ...]:
     """Outlines that run along the walls: behind built-in furniture and curtains, and across doorways."""
     polygons = [outline.polygon for outline in outlines]
+    tree = shapely.STRtree(polygons)
     rooms = []
     for k, outline in enumerate(outlines):
-        others = shapely.union_all([polygon for j, polygon in enumerate(polygons) if j != k])
+        around = shapely.box(*polygons[k].bounds).buffer(WIDEST, join_style="mitre")
+        others = shapely.union_all([polygons[j] for j in np.sort(tree.query(around)).tolist() if j != k])
         soft = [line < len(folded) and bool(folded[line]) for line in outline.exterior.lines]
         corners = without_built_ins(outline.exterior.corners, folded=soft, others=others)
         if corners == outline.exterior.corners:

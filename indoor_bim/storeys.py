@@ -15,7 +15,7 @@ from indoor_bim.plan.face_accuracy import face_accuracy
 from indoor_bim.plan.graph import join_walls, wall_graph, without_stubs
 from indoor_bim.plan.hull import building_hull, looks_outside, stand_before_others
 from indoor_bim.plan.joints import footprints, join_without_overlaps
-from indoor_bim.plan.rooms import known_rooms, observed_share, reading_order, room_polygons
+from indoor_bim.plan.rooms import known_rooms, observed_share, reading_order, room_polygons, shared_areas
 from indoor_bim.plan.shared_thickness import share_thickness
 from indoor_bim.plan.storey_plan import StoreyPlan
 from indoor_bim.plan.walls import Walls, walls_from_faces
@@ -95,7 +95,9 @@ def storey_from_plan(
     walls, meetings, outlines = join_without_overlaps(walls, snap=snap, far_snap=far_snap, curves=plan.curves)
     rooms = known_rooms(plan.rooms, outlines)
     known = len(rooms)
-    rooms += [room for room in room_polygons(outlines) if not any(room.intersection(other).area > 0.1 * room.area for other in rooms)]
+    enclosed = room_polygons(outlines)
+    taken = [max(shared.values(), default=0.0) for shared in shared_areas(enclosed, rooms)]
+    rooms += [room for room, area in zip(enclosed, taken, strict=True) if area <= 0.1 * room.area]
     seen = [1.0 if plan.seen is None else observed_share(room, plan.seen) for room in rooms]
     least = [LOOKED_INTO if k < known or not known else ENTERED for k in range(len(rooms))]
     kept = [k for k in reading_order(rooms) if seen[k] >= least[k]]
@@ -110,7 +112,7 @@ def storey_from_plan(
         ceiling=ceiling,
         number=number,
         room_evidence=[Evidence(coverage=round(seen[k], 3), sides=1) for k in kept],
-        room_levels=[_room_levels(rooms[k], plan, storey=(floor, ceiling)) for k in kept],
+        room_levels=_room_levels([rooms[k] for k in kept], plan, storey=(floor, ceiling)),
         ceiling_plate=not plan.pitched,
         columns=plan.columns,
         accuracy=face_accuracy(walls, plan.faces),
@@ -124,12 +126,11 @@ def _tidy(walls: Walls) -> Walls:
     return without_stubs(merge_collinear(walls))
 
 
-def _room_levels(room: shapely.Polygon, plan: StoreyPlan, *, storey: tuple[float, float]) -> tuple[float, float]:
-    """Floor and ceiling of a room: those of the known room that it shares most with, else the storey's."""
-    shared = [room.intersection(other).area for other in plan.rooms]
-    if not plan.room_levels or plan.floor is None or plan.ceiling is None or not any(shared):
-        return storey
-    return plan.room_levels[shared.index(max(shared))]
+def _room_levels(rooms: list[shapely.Polygon], plan: StoreyPlan, *, storey: tuple[float, float]) -> list[tuple[float, float]]:
+    """Floor and ceiling of each room: those of the known room that it shares most with, else the storey's."""
+    if not plan.room_levels or plan.floor is None or plan.ceiling is None:
+        return [storey] * len(rooms)
+    return [plan.room_levels[max(shared, key=shared.__getitem__)] if shared else storey for shared in shared_areas(rooms, plan.rooms)]
 
 
 def _levels(plan: StoreyPlan, walls: Walls, warnings: list[str]) -> tuple[float, float]:

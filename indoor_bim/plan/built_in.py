@@ -14,6 +14,7 @@ Floats = NDArray[np.float64]
 DEPTH = (0.28, 0.68)
 """Metres: wardrobes, shelves and kitchen units are 0.3 to 0.6 m deep (EN 1116: 0.6 m) and stand up to some centimetres off the wall."""
 WIDEST = 2.7
+"""Widest box, metres: no outline grows by more."""
 CLOSEST_CURTAIN = 0.04
 SLACK = 0.05
 

@@ -237,7 +237,7 @@ def _met_by_walls(cells: Cells, wall: Floats, direction: Floats, rows: Ints, *, 
     across = np.flatnonzero((cells.edge_line < len(direction)) & (wall >= seen))
     across = across[np.abs(direction[cells.edge_line[across]] @ direction[line]) < 0.5]
     own, theirs = (np.round(np.vstack([cells.edge_start[k], cells.edge_end[k]]), 4) for k in (rows, across))
-    shared = (own[:, None] == theirs[None]).all(axis=2).any(axis=1)
+    shared = np.isin(own[:, 0] + 1j * own[:, 1], theirs[:, 0] + 1j * theirs[:, 1])
     places: Floats = own[shared] @ direction[line]
     return places
 

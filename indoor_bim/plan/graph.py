@@ -239,13 +239,16 @@ def _meetings(walls: Walls, incidences: list[tuple[Floats, int, int, int]]) -> t
     """Cluster incidences to corners and find out how every wall takes part."""
     tolerance = 0.02
     clusters: list[tuple[Floats, set[int]]] = []
+    in_square: dict[tuple[int, int], list[int]] = {}
     for point, a, _, b in incidences:
-        for other, members in clusters:
-            if np.hypot(*(other - point)) < tolerance:
-                members.update((a, b))
-                break
-        else:
+        column, row = (int(place) for place in np.floor(point / tolerance))
+        around = sorted(k for i in (-1, 0, 1) for j in (-1, 0, 1) for k in in_square.get((column + i, row + j), ()))
+        same = next((k for k in around if np.hypot(*(clusters[k][0] - point)) < tolerance), None)
+        if same is None:
+            in_square.setdefault((column, row), []).append(len(clusters))
             clusters.append((point, {a, b}))
+        else:
+            clusters[same][1].update((a, b))
     out = []
     for point, members in clusters:
         rows = sorted(members)

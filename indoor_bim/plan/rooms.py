@@ -89,8 +89,8 @@ def known_rooms(known: Sequence[shapely.Polygon], footprints: list[shapely.Polyg
     enclosed = room_polygons(footprints, **limits)
     walls = shapely.union_all(footprints, grid_size=GRID)
     rooms = []
-    for room in known:
-        same = [other for other in enclosed if other.intersection(room).area > SAME_ROOM * max(other.area, room.area)]
+    for room, shared in zip(known, shared_areas(known, enclosed), strict=True):
+        same = [enclosed[k] for k, area in shared.items() if area > SAME_ROOM * max(enclosed[k].area, room.area)]
         if same:
             rooms.append(same[0])
             continue
@@ -98,6 +98,28 @@ def known_rooms(known: Sequence[shapely.Polygon], footprints: list[shapely.Polyg
         if parts:
             rooms.append(_without_spikes(max(parts, key=lambda part: part.area)))
     return rooms
+
+
+def shared_areas(rooms: Sequence[shapely.Polygon], others: Sequence[shapely.Polygon]) -> list[dict[int, float]]:
+    """Areas that each of some rooms shares with others, by the numbers of these in ascending order; no more than touching is left out.
+
+    Examples
+    --------
+    >>> import shapely
+    >>> shared_areas([shapely.box(0, 0, 4, 3)], [shapely.box(9, 0, 12, 3), shapely.box(3, 0, 9, 3), shapely.box(0, 0, 1, 1)])
+    [{1: 3.0, 2: 1.0}]
+    """
+    import shapely
+
+    found: list[dict[int, float]] = [{} for _ in rooms]
+    if not len(rooms) or not len(others):
+        return found
+    first, second = shapely.STRtree(others).query(rooms)
+    area = shapely.area(shapely.intersection(np.array(rooms)[first], np.array(others)[second]))
+    for k, other, shared in sorted(zip(first.tolist(), second.tolist(), area.tolist(), strict=True)):
+        if shared > 0:
+            found[k][other] = shared
+    return found
 
 
 def reading_order(rooms: Sequence[shapely.Polygon], *, precision: float = 0.01) -> list[int]:

@@ -15,6 +15,7 @@ from indoor_bim.plan.intervals import Interval, merge_intervals
 from indoor_bim.plan.segments import Segments
 
 Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
 
 ANTIPARALLEL_COS = np.cos(np.radians(4.0))  # two faces of one wall differ less than this in direction
 INNER_THICKNESS = 0.20  # metres, where a building shows not a single wall from both sides
@@ -195,7 +196,8 @@ def _oriented(faces: Segments, *, max_thickness: float) -> Segments:
 def _pieces(chains: FaceChains, *, min_thickness: float, max_thickness: float) -> list[_Piece]:
     """Cut every chain where its nearest opposite chain changes; fill what has none from its neighbours."""
     out: list[_Piece] = []
-    options = [_opposite(chains, i, min_thickness=min_thickness, max_thickness=max_thickness) for i in range(len(chains))]
+    limits = {"min_thickness": min_thickness, "max_thickness": max_thickness}
+    options = [_opposite(chains, i, near, **limits) for i, near in enumerate(_across_a_wall(chains, **limits))]
     for i in range(len(chains)):
         for lo, hi in chains.extents[i]:
             cuts = sorted({lo, hi, *(x for _, _, (a, b) in options[i] for x in (a, b) if lo < x < hi)})
@@ -209,12 +211,26 @@ def _pieces(chains: FaceChains, *, min_thickness: float, max_thickness: float) -
     return out
 
 
-def _opposite(chains: FaceChains, i: int, *, min_thickness: float, max_thickness: float) -> list[tuple[float, int, Interval]]:
-    """Chains across a wall from chain i: (thickness, chain, interval along i) of every shared stretch."""
+def _across_a_wall(chains: FaceChains, *, min_thickness: float, max_thickness: float, slack: float = 1e-6) -> list[Ints]:
+    """Chains that may be across a wall from each chain: what `_opposite` asks of their stretches, asked of whole chains."""
+    reach = np.array([[min(a for a, _ in spans), max(b for _, b in spans)] if spans else [np.nan] * 2 for spans in chains.extents])
+    ends = chains.point[:, None] + reach.reshape(-1, 2, 1) * chains.direction[:, None]
+    found = []
+    for i in range(len(chains)):
+        away = ends - chains.point[i]
+        along, depth = away @ chains.direction[i], -(away @ chains.normal[i])
+        near = (depth.max(axis=1) > min_thickness - slack) & (depth.min(axis=1) < max_thickness + slack)
+        near &= (along.max(axis=1) > reach[i, 0] - slack) & (along.min(axis=1) < reach[i, 1] + slack)
+        opposed = chains.sided[i] & chains.sided & (chains.direction @ chains.direction[i] < -ANTIPARALLEL_COS)
+        found.append(np.flatnonzero(near & opposed))
+    return found
+
+
+def _opposite(
+    chains: FaceChains, i: int, candidates: Ints, *, min_thickness: float, max_thickness: float
+) -> list[tuple[float, int, Interval]]:
+    """Those of some chains that are across a wall from chain i: (thickness, chain, interval along i) of every shared stretch."""
     out: list[tuple[float, int, Interval]] = []
-    if not chains.sided[i]:
-        return out
-    candidates = np.flatnonzero(chains.sided & (chains.direction @ chains.direction[i] < -ANTIPARALLEL_COS))
     for j in candidates:
         for a, b in chains.extents[j]:
             ends = chains.point[j] + np.outer([b, a], chains.direction[j]) - chains.point[i]
