@@ -104,7 +104,7 @@ def test_short_faces_and_no_faces_stay():
 
 def test_spots_beside_which_the_floor_was_hit():
     rng = np.random.default_rng(2)
-    raster = Raster((rng.random((60, 80)) < 0.01).astype(np.float32), np.array([-0.3, 0.1]), 0.025)
+    raster = Raster(rng.random((60, 80)) < 0.01, np.array([-0.3, 0.1]), 0.025)
     spots = rng.uniform([-1, -0.5], [2.5, 2.5], (500, 2))
     left, shifts, depths = np.array([0.6, 0.8]), np.linspace(-0.1, 0.1, 9), np.arange(0.06, 0.2, 0.02)
     along, hit = np.array([left[1], -left[0]]), np.arange(500) % 5 > 0

@@ -13,7 +13,7 @@ def space(seed=0, shape=(140, 180)):
     rng = np.random.default_rng(seed)
     patches = [np.kron(rng.random((7, 9)), np.ones((20, 20)))[: shape[0], : shape[1]].astype(np.float32) for _ in range(2)]
     densities = [np.where(patch > 0.3, patch * 0.5, 0).astype(np.float32) for patch in patches]
-    hits = [(rng.random(shape) < density).astype(np.float32) for density in densities]
+    hits = [rng.random(shape) < density for density in densities]
     return FreeSpace(*hits, *densities, np.array([-0.2, -0.1]), 0.025)
 
 

@@ -7,7 +7,7 @@ from indoor_bim.plan.polygon_fill import fill
 
 
 def drawn(xy, shape):
-    image = np.zeros(shape, dtype=np.int64)
+    image = np.zeros(shape, dtype=np.int32)
     fill(np.ascontiguousarray(np.vstack([xy, xy[:1]]), dtype=float), 7, image)
     return image
 

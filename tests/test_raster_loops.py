@@ -41,15 +41,18 @@ def test_pixels_that_are_hit(xy):
     assert 0.3 < whole.mean() < 1
 
 
-def test_layers_that_are_hit(xy):
+def test_columns_in_which_walls_were_hit_at_several_heights(xy):
     rise = np.random.default_rng(3).uniform(0.5, 1.1, len(xy))
-    raster = Raster(np.zeros((20, 30)), np.array([0.0, 0.0]), 0.3)
+    raster = Raster(np.zeros((90, 130)), np.array([0.0, 0.0]), 0.1)
     points = ev.WallPoints(xy, rise, 1 - rise, None)
-    parts = [ev.upper_layers(points.take(np.arange(k, len(points), 2)), raster) for k in range(2)]
-    whole = ev.upper_layers(points, raster)
-    assert np.array_equal(whole, parts[0] | parts[1])
-    assert whole.max() >> 18
-    assert not (whole & 0x1FFFF).any()
+    row, column = np.floor(xy[:, ::-1] / 0.1).astype(int).T
+    layers = np.zeros((90, 130, 24), dtype=bool)
+    high = (rise > 0.75) & (row >= 0) & (row < 90) & (column >= 0) & (column < 130)
+    layers[row[high], column[high], np.minimum((rise[high] * 24).astype(int), 23)] = True
+    whole = ev.wall_columns(points, raster)
+    assert np.array_equal(whole, layers.sum(axis=2) > 1)
+    assert np.array_equal(ev.wall_columns(points.take(np.arange(ev.FEW_POINTS)), raster) | whole, whole)
+    assert 0.1 < whole.mean() < 0.9
 
 
 @pytest.fixture
@@ -78,11 +81,12 @@ def test_pixels_that_are_hit_on_a_surface(points):
     assert 0.1 < whole.mean() < 0.8
 
 
-@pytest.mark.parametrize("shape", [(300, 400), (11, 90), (90, 7), (25, 25)])
+@pytest.mark.parametrize("shape", [(300, 400), (11, 90), (90, 7), (25, 25), (128, 256), (129, 3)])
 def test_density_of_large_images_is_that_of_small_ones(shape, monkeypatch):
     rng = np.random.default_rng(6)
     known = ndimage.uniform_filter(rng.random(shape), 9) > 0.48
-    seen = ((rng.random(shape) < 0.3) & known).astype(np.float32)
+    seen = (rng.random(shape) < 0.3) & known
+    seen[:, : shape[1] // 2] &= rng.random(shape[0])[:, None] < 0.1
     monkeypatch.setattr(ev, "FEW_PIXELS", 0)
     large = ev.local_density(seen, known, cell=0.025)
     monkeypatch.setattr(ev, "FEW_PIXELS", seen.size)

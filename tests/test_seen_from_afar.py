@@ -167,14 +167,13 @@ def test_a_reflection_lets_rays_pass():
 
 
 def space(ceiling, *, cell=0.05):
-    empty = np.zeros_like(ceiling)
-    return FreeSpace(ceiling, empty, ceiling * 0.5, empty, np.zeros(2), cell)
+    return FreeSpace(ceiling, np.zeros_like(ceiling), ceiling * 0.5, np.zeros(ceiling.shape), np.zeros(2), cell)
 
 
 def test_a_roof_is_hit_here_and_there_the_top_of_a_wall_along_a_line():
-    ceiling = np.zeros((200, 200), dtype=np.float32)
-    ceiling[5, :] = 1
-    ceiling[120::9, 100::13] = 1
+    ceiling = np.zeros((200, 200), dtype=bool)
+    ceiling[5, :] = True
+    ceiling[120::9, 100::13] = True
     seen = roofed(space(ceiling))
     along_the_wall = seen.sample(np.array([[5.0, 0.25], [7.0, 0.6]]))
     below_the_roof = seen.sample(np.array([[7.0, 8.0], [8.0, 7.5]]))
@@ -183,8 +182,8 @@ def test_a_roof_is_hit_here_and_there_the_top_of_a_wall_along_a_line():
 
 
 def test_a_tenth_of_the_pixels_of_five_centimetres_is_forty_points_per_square_metre():
-    ceiling = np.full((100, 100), 0.1, dtype=np.float32)
-    found = usual_density(shapely.box(1, 1, 4, 4), FreeSpace(ceiling, ceiling * 0, ceiling, ceiling * 0, np.zeros(2), 0.05))
+    tenth, none = np.full((100, 100), 0.1, dtype=np.float32), np.zeros((100, 100), dtype=bool)
+    found = usual_density(shapely.box(1, 1, 4, 4), FreeSpace(none, none, tenth, tenth * 0, np.zeros(2), 0.05))
     assert found == pytest.approx(40.0, rel=1e-3)
 
 
@@ -277,10 +276,11 @@ def test_pieces_of_one_face_are_joined_where_nothing_was_seen_through_the_gap(th
 @pytest.mark.parametrize(("stood", "entered"), [(None, 1), ([6.0, 2.0], 2), ([4.1, 2.0], 1), ([2.0, 2.0], 1)])
 def test_a_room_with_few_points_was_entered_where_the_scanner_stood_in_it(stood, entered):
     """Of two rooms, x from 0 to 4 and from 4 to 8, the second holds few points of floor and ceiling."""
-    ceiling = np.zeros((160, 80), dtype=np.float32)
-    ceiling[:80] = 1.0
-    ceiling[80::20, ::20] = 1.0
-    seen = FreeSpace(ceiling, ceiling, ceiling, ceiling, np.zeros(2), 0.05)
+    ceiling = np.zeros((160, 80), dtype=bool)
+    ceiling[:80] = True
+    ceiling[80::20, ::20] = True
+    density = ceiling.astype(np.float32)
+    seen = FreeSpace(ceiling, ceiling, density, density, np.zeros(2), 0.05)
     rooms = [
         RoomOutline(OutlineRing(tuple(map(tuple, np.array(shapely.box(x, 0, x + 4, 4).exterior.coords)[:4])), (0,) * 4)) for x in (0, 4)
     ]

@@ -93,7 +93,7 @@ def _floor_goes_on(spots: Floats, left: Floats, floor: Raster) -> Bools:
     """Whether the floor was hit within a column in front of a face, under it, and behind it."""
     from indoor_bim.plan.face_loops import hit_beside
 
-    image = np.ascontiguousarray(floor.image, dtype=np.float32)
+    image = np.ascontiguousarray(floor.image, dtype=bool)
     place = (float(floor.origin[0]), float(floor.origin[1]), floor.cell)
     shifts = np.linspace(-COLUMN, COLUMN, 9)
     goes_on = np.ones(len(spots), dtype=bool)

@@ -7,14 +7,14 @@ from numba import types
 
 from indoor_bim.compiled import compiled
 
-ONE, HALF_SURE = np.float32(1), np.float32(0.02)
+ZERO, ONE, HALF_SURE = np.float32(0), np.float32(1), np.float32(0.02)
 
-_labels = types.Array(types.int64, 2, "C", readonly=True)
+_labels, _hits = types.Array(types.int32, 2, "C", readonly=True), types.Array(types.boolean, 2, "C", readonly=True)
 _image = types.Array(types.float32, 2, "C", readonly=True)
 _table = types.Array(types.float64, 2, "C")
 
 
-@compiled(_labels, _image, _image, _image, _image, types.float64, _table)
+@compiled(_labels, _hits, _hits, _image, _image, types.float64, _table)
 def sum_in_cells(cells, ceiling, floor, ceiling_density, floor_density, least, sums):  # type: ignore[no-untyped-def]
     """Sums over the pixels of each cell.
 
@@ -32,11 +32,11 @@ def sum_in_cells(cells, ceiling, floor, ceiling_density, floor_density, least, s
             open_above = ONE - sure
             expected = max(np.float64(below), least) if below > 0 else 0.0
             row[0] += 1
-            row[1] += max(ceiling[i, j], floor[i, j])
+            row[1] += ceiling[i, j] | floor[i, j]
             row[2] += ceiling[i, j]
             row[3] += density
             row[4] += sure
             row[5] += sure * (ONE - below / (below + HALF_SURE))
-            row[6] += floor[i, j] * open_above
+            row[6] += open_above if floor[i, j] else ZERO
             row[7] += expected * open_above
             row[8] += open_above * below / (below + HALF_SURE)

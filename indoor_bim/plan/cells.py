@@ -84,11 +84,11 @@ def cut_into_cells(p: Floats, q: Floats) -> Cells:
     return Cells(polygons, line[some], first[some], last[some], left, right)
 
 
-def cell_image(polygons: NDArray, template: Raster) -> NDArray[np.int64]:
+def cell_image(polygons: NDArray, template: Raster) -> NDArray[np.int32]:
     """Number of the cell under every pixel of a raster, -1 where there is none."""
     from indoor_bim.plan.polygon_fill import fill
 
-    image = np.full(template.image.shape, -1, dtype=np.int64)
+    image = np.full(template.image.shape, -1, dtype=np.int32)
     for number in np.argsort([-polygon.area for polygon in polygons], kind="stable"):
         polygon = polygons[number]
         xy = (np.asarray(polygon.exterior.coords) - template.origin) / template.cell - 0.5

@@ -11,7 +11,7 @@ _points = types.Array(types.float64, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
 _counts, _bools = types.Array(types.int64, 4, "C"), types.Array(types.bool_, 1, "C")
 _dense = types.Array(types.int64, 3, "C", readonly=True)
-_image = types.Array(types.float64, 2, "C", readonly=True)
+_image = types.Array(types.float32, 2, "C", readonly=True)
 _place = (types.float64, types.float64, types.float64)
 
 

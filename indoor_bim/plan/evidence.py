@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from indoor_bim.plan.block_image import BLOCK, BlockImage, blocks_across
 from indoor_bim.plan.raster import Raster
 from indoor_bim.plan.tiles import TILE, Tiles, tiles_of
 from indoor_bim.threads import even_slices, in_threads, threads_for
@@ -18,6 +19,8 @@ Bools = NDArray[np.bool_]
 FEW_POINTS = 20_000
 FEW_PIXELS = 100_000
 """So many points or pixels are taken by numpy and scipy, sooner than the compiled loops are loaded."""
+FIRST_SLOTS = 4096
+"""Room for blocks of an image at first."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -271,36 +274,42 @@ def overhead_hits(
     Returns
     -------
     seen : Raster
-        1 where hit, else 0; 0 over walls.
+        True where hit; False over walls.
     column : (rows, columns) bool
         Pixels over walls.
     """
     slack = Raster(tolerance + _relief(overhead).image, overhead.origin, overhead.cell)
     raster = surface_raster(points, overhead, slack, low=low, high=high, cell=cell)
-    column = np.bitwise_count(upper_layers(wall, raster)) >= 2
+    column = wall_columns(wall, raster)
     for line in (column, column.T):
         near = line.copy()
         line[1:] |= near[:-1]
         line[:-1] |= near[1:]
-    seen = raster.image.astype(np.float32)
-    seen[column] = 0
-    return Raster(seen, low, cell), column
+    return Raster(raster.image & ~column, low, cell), column
 
 
-def upper_layers(wall: WallPoints, raster: Raster, *, above: float = 0.75, layers: int = 24) -> NDArray[np.uint32]:
-    """Height layers hit in each pixel of a raster by points high on the walls, as bits."""
-    masks = np.zeros(raster.image.shape, dtype=np.uint32)
+def wall_columns(wall: WallPoints, raster: Raster, *, above: float = 0.75, layers: int = 24) -> Bools:
+    """Pixels of a raster in which points high on the walls hit more than one height layer."""
+    rows, columns = raster.image.shape
     if len(wall) > FEW_POINTS:
         from indoor_bim.plan.raster_loops import set_layers
 
-        set_layers(wall.xy, wall.rise, above, layers, float(raster.origin[0]), float(raster.origin[1]), raster.cell, masks)
-        return masks
+        slots, words = np.zeros((rows, blocks_across(columns)), dtype=np.int32), np.zeros((FIRST_SLOTS, BLOCK), dtype=np.uint32)
+        state = np.array([0, 1])
+        while True:
+            set_layers(wall.xy, wall.rise, above, layers, *raster.origin, raster.cell, columns, state, slots, words)
+            done, used = state.tolist()
+            if done == len(wall):
+                return BlockImage((rows, columns), slots, np.bitwise_count(words[:used]) >= 2).whole()
+            words = np.concatenate([words, np.zeros_like(words)])
     upper = wall.rise > above
     rc = raster.pixel(wall.xy[upper])
     layer = np.clip((wall.rise[upper] * layers).astype(np.int64), 0, layers - 1)
-    ok = ((rc >= 0) & (rc < masks.shape)).all(axis=1)
+    ok = ((rc >= 0) & (rc < raster.image.shape)).all(axis=1)
+    masks = np.zeros((rows, columns), dtype=np.uint32)
     np.bitwise_or.at(masks, (rc[ok, 0], rc[ok, 1]), np.uint32(1) << layer[ok].astype(np.uint32))
-    return masks
+    hit: Bools = np.bitwise_count(masks) >= 2
+    return hit
 
 
 def covered(
@@ -343,37 +352,39 @@ def covered(
     under = share > 0.25
     if open_top:
         under |= ndimage.binary_fill_holes(ndimage.binary_closing(np.pad(hits.image, 3), np.ones((3, 3)), iterations=2))[3:-3, 3:-3]
-    indoors: Bools = under[rows[:, None], columns[None]]
+    indoors: Bools = under.take(rows, axis=0).take(columns, axis=1)
     return indoors
 
 
-def local_density(seen: NDArray[np.floating], known: Bools, *, cell: float, reach: float = 0.25) -> NDArray[np.floating]:
+def local_density(seen: Bools, known: Bools, *, cell: float, reach: float = 0.25) -> NDArray[np.floating]:
     """Best mean within a distance of each pixel, 0 where nothing can be known.
 
     Parameters
     ----------
-    seen : (rows, columns) float32
-        1 where hit.
+    seen : (rows, columns) bool
+        Pixels that were hit.
     known : (rows, columns) bool
         Pixels that count.
     cell : float
         Side of a pixel, metres.
     reach : float
         Distance, metres.
+
+    Returns
+    -------
+    (rows, columns) float32
     """
-    weight, steps = known.astype(np.float32), round(reach / cell)
+    steps = round(reach / cell)
     density: NDArray[np.floating]
     if seen.size > FEW_PIXELS:
-        from indoor_bim.plan.window_loops import largest_around, share_around
+        from indoor_bim.plan.window_loops import best_share_around
 
-        share, density = np.zeros((2, *seen.shape), dtype=np.float32)
-        share_around(np.ascontiguousarray(seen, dtype=np.float32), weight, steps, 0.05, share)
-        largest_around(share, steps, density)
-    else:
-        from scipy import ndimage
+        density = np.zeros(seen.shape, dtype=np.float32)
+        best_share_around(np.ascontiguousarray(seen), np.ascontiguousarray(known), steps, 0.05, density)
+        return density
+    from scipy import ndimage
 
-        window = 2 * steps + 1
-        mean = ndimage.uniform_filter(seen, window) / np.maximum(ndimage.uniform_filter(weight, window), 0.05)
-        density = ndimage.maximum_filter(mean, window)
-    density *= weight
+    window, weight = 2 * steps + 1, known.astype(np.float32)
+    mean = ndimage.uniform_filter(seen.astype(np.float32), window) / np.maximum(ndimage.uniform_filter(weight, window), 0.05)
+    density = ndimage.maximum_filter(mean, window) * weight
     return density

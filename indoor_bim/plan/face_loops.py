@@ -13,7 +13,7 @@ _points = types.Array(types.float64, 2, "C", readonly=True)
 _values = types.Array(types.float64, 1, "C", readonly=True)
 _ranges = types.Array(types.int64, 2, "C", readonly=True)
 _table, _flags = types.Array(types.float64, 2, "C"), types.Array(types.bool_, 1, "C")
-_image = types.Array(types.float32, 2, "C", readonly=True)
+_image = types.Array(types.boolean, 2, "C", readonly=True)
 _bool, _counts = types.Array(types.bool_, 2, "C"), types.Array(types.int64, 2, "C")
 
 
@@ -73,7 +73,7 @@ def hit_beside(image, x0, y0, cell, spots, left, shifts, depths, hit):  # type: 
             for t in depths:
                 x, y = spots[n, 0] + s * left[1] - t * left[0], spots[n, 1] - s * left[0] - t * left[1]
                 column, row = int(np.floor((x - x0) / cell)), int(np.floor((y - y0) / cell))
-                if row >= 0 and row < rows and column >= 0 and column < columns and image[row, column] > 0:
+                if row >= 0 and row < rows and column >= 0 and column < columns and image[row, column]:
                     found = True
                     break
             if found:

@@ -27,8 +27,8 @@ class FreeSpace:
 
     Parameters
     ----------
-    ceiling, floor : (rows, columns) float32
-        1 where hit, else 0.
+    ceiling, floor : (rows, columns) bool
+        Pixels that were hit.
     ceiling_density, floor_density : (rows, columns) float32
         Share of the pixels that would be hit around each pixel if the surface were there.
     low : (2,) float64
@@ -37,8 +37,8 @@ class FreeSpace:
         Side of a pixel, metres.
     """
 
-    ceiling: Images
-    floor: Images
+    ceiling: Bools
+    floor: Bools
     ceiling_density: Images
     floor_density: Images
     low: Floats
@@ -50,8 +50,8 @@ class FreeSpace:
 
     @property
     def hit(self) -> Raster:
-        """1 where floor or ceiling was hit."""
-        return self.raster(np.maximum(self.ceiling, self.floor))
+        """Whether floor or ceiling was hit."""
+        return self.raster(self.ceiling | self.floor)
 
     @property
     def glimpsed(self) -> Raster:
@@ -65,8 +65,8 @@ class FreeSpace:
 
     def denser_than(self, points: float) -> FreeSpace:
         """Hits where floor or ceiling hold more points per square metre."""
-        near_by = np.maximum(self.ceiling_density, self.floor_density) > points * self.cell**2
-        return replace(self, ceiling=self.ceiling * near_by, floor=self.floor * near_by)
+        near_by = (self.ceiling_density > points * self.cell**2) | (self.floor_density > points * self.cell**2)
+        return replace(self, ceiling=self.ceiling & near_by, floor=self.floor & near_by)
 
 
 def free_space(
@@ -106,9 +106,8 @@ def free_space(
         No ceiling was seen.
     """
     seen, column = ev.overhead_hits(points, wall, overhead, low=low, high=high, cell=cell)
-    ground = ev.level_raster(points, base=floor, least=-0.06, most=0.06, low=low, high=high, cell=cell).image.astype(np.float32)
     known = ~column & ev.covered(everything, above=cover, low=low, high=high, cell=cell, open_top=open_top)
-    ground[~known] = 0
+    ground = known & ev.level_raster(points, base=floor, least=-0.06, most=0.06, low=low, high=high, cell=cell).image
     surfaces = [(seen.image, ~column), (ground, known)]
     density, floor_density = in_threads(lambda pair: ev.local_density(*pair, cell=cell), surfaces, threads=2)
     ceiling = seen.image
@@ -183,13 +182,12 @@ def cell_space(cells: Cells, space: FreeSpace) -> CellSpace:
     """
     from indoor_bim.plan.cell_loops import sum_in_cells
 
-    images = [
-        np.ascontiguousarray(image, dtype=np.float32) for image in (space.ceiling, space.floor, space.ceiling_density, space.floor_density)
-    ]
-    below = images[3][(images[2] > 0.02) & (images[3] > 0)]
+    hits = [np.ascontiguousarray(image) for image in (space.ceiling, space.floor)]
+    densities = [np.ascontiguousarray(image, dtype=np.float32) for image in (space.ceiling_density, space.floor_density)]
+    below = densities[1][(densities[0] > 0.02) & (densities[1] > 0)]
     usual = float(np.median(below)) if len(below) else 0.0
     sums = np.zeros((len(cells.polygons), 9))
-    sum_in_cells(cell_image(cells.polygons, space.raster(space.ceiling)), *images, 0.5 * usual, sums)
+    sum_in_cells(cell_image(cells.polygons, space.raster(space.ceiling)), *hits, *densities, 0.5 * usual, sums)
     pixels, hit, ceiling, expected, sure, sure_alone, floor, floor_expected, floor_sure = sums.T
     share = np.clip(ceiling / np.maximum(expected, 1e-9), 0, 1)
     floor_share = np.clip(floor / np.maximum(floor_expected, 1e-9), 0, 1)
@@ -243,7 +241,7 @@ def roofed(space: FreeSpace, *, coarse: float = 0.5) -> Raster:
 
     step = round(coarse / space.cell)
     rows, columns = (np.array(space.ceiling.shape) // step) * step
-    hit = space.ceiling[:rows, :columns].reshape(rows // step, step, columns // step, step).max(axis=(1, 3)) > 0
+    hit = space.ceiling[:rows, :columns].reshape(rows // step, step, columns // step, step).any(axis=(1, 3))
     around = np.rint(9 * ndimage.uniform_filter(hit.astype(np.float32), 3, mode="constant"))
     line = np.zeros_like(hit)
     for axis in (0, 1):

@@ -83,7 +83,7 @@ def _thinly_scanned_of_many(points: WallPoints, overhead: Raster, *, sparse: flo
         threads=len(parts),
     )
     densest = ndimage.maximum_filter(counts.sum(axis=0).max(axis=0), size=(1, 3, 3))
-    image = np.ascontiguousarray(overhead.image, dtype=np.float64)
+    image = np.ascontiguousarray(overhead.image, dtype=np.float32)
     place = (float(overhead.origin[0]), float(overhead.origin[1]), overhead.cell)
     thin = np.zeros(len(points), dtype=bool)
     in_threads(

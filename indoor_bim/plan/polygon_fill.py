@@ -8,7 +8,7 @@ from numba import types
 from indoor_bim.compiled import compiled
 
 
-@compiled(types.Array(types.float64, 2, "C"), types.int64, types.Array(types.int64, 2, "C"))
+@compiled(types.Array(types.float64, 2, "C"), types.int64, types.Array(types.int32, 2, "C"))
 def fill(xy, value, image):  # type: ignore[no-untyped-def]
     """Set the pixels whose centres lie in a polygon or on its border, row by row between its crossings.
 
@@ -18,7 +18,7 @@ def fill(xy, value, image):  # type: ignore[no-untyped-def]
         Corners as column and row of the image, the first one again at the end; pixel centres have whole numbers.
     value : int
         Value to set.
-    image : (rows, columns) int64
+    image : (rows, columns) int32
         Image to draw into.
     """
     rows, columns = image.shape

@@ -6,6 +6,7 @@ import numpy as np
 from numba import types
 
 from indoor_bim.compiled import compiled
+from indoor_bim.plan.block_image import BLOCK, BLOCK_BITS
 
 _points = types.Array(types.float64, 2, "A", readonly=True)
 _values = types.Array(types.float64, 1, "A", readonly=True)
@@ -13,7 +14,8 @@ _given, _bools = types.Array(types.float64, 1, "C", readonly=True), types.Array(
 _solid = types.Array(types.float64, 2, "C", readonly=True)
 _image, _place = types.Array(types.float64, 2, "C", readonly=True), (types.float64, types.float64, types.float64)
 _out, _spots = types.Array(types.float64, 1, "C"), types.Array(types.float64, 2, "C")
-_hit, _masks = types.Array(types.bool_, 2, "C"), types.Array(types.uint32, 2, "C")
+_hit, _words = types.Array(types.bool_, 2, "C"), types.Array(types.uint32, 2, "C")
+_state, _slots = types.Array(types.int64, 1, "C"), types.Array(types.int32, 2, "C")
 
 
 @compiled(_points, _image, *_place, _out)
@@ -64,16 +66,27 @@ def mark_surface(points, height, slack, left, bottom, side, x0, y0, cell, image)
             image[row, column] = True
 
 
-@compiled(_points, _values, types.float64, types.int64, *_place, _masks)
-def set_layers(xy, rise, least, layers, x0, y0, cell, masks):  # type: ignore[no-untyped-def]
-    """Set the bit of its height layer in the pixel of each point above a share of the height."""
-    rows, columns = masks.shape
-    for n in range(len(xy)):
+@compiled(_points, _values, types.float64, types.int64, *_place, types.int64, _state, _slots, _words)
+def set_layers(xy, rise, least, layers, x0, y0, cell, columns, state, slots, words):  # type: ignore[no-untyped-def]
+    """Set the bit of its height layer in the pixel of each point above a share of the height; the image is kept in blocks.
+
+    The state is the number of points that are done and of slots that are used: goes on until all are done or no slot is left.
+    """
+    used = state[1]
+    for n in range(state[0], len(xy)):
+        if used == len(words):
+            state[0], state[1] = n, used
+            return
         if not rise[n] > least:
             continue
         column, row = int(np.floor((xy[n, 0] - x0) / cell)), int(np.floor((xy[n, 1] - y0) / cell))
-        if row >= 0 and row < rows and column >= 0 and column < columns:
-            masks[row, column] |= np.uint32(1) << np.uint32(min(max(int(rise[n] * layers), 0), layers - 1))
+        if row >= 0 and row < len(slots) and column >= 0 and column < columns:
+            block = column >> BLOCK_BITS
+            if slots[row, block] == 0:
+                slots[row, block] = used
+                used += 1
+            words[slots[row, block], column & (BLOCK - 1)] |= np.uint32(1) << np.uint32(min(max(int(rise[n] * layers), 0), layers - 1))
+    state[0], state[1] = len(xy), used
 
 
 @compiled(_points, _points, types.float64, _spots)

@@ -180,7 +180,7 @@ def observed_share(polygon: shapely.Polygon, seen: Raster) -> float:
 
     low = seen.pixel(np.array([polygon.bounds[:2]]))[0]
     high = seen.pixel(np.array([polygon.bounds[2:]]))[0]
-    inside = np.zeros(high - low + 1, dtype=np.int64)
+    inside = np.zeros(high - low + 1, dtype=np.int32)
     for value, ring in ((1, polygon.exterior), *((0, hole) for hole in polygon.interiors)):
         corners = (np.array(ring.coords)[:, :2] - seen.origin) / seen.cell - 0.5 - low[::-1]
         fill(np.ascontiguousarray(corners), value, inside)

@@ -1,4 +1,4 @@
-"""Means and maxima of square windows of an image: the compiled inner loops of `evidence.local_density`."""
+"""Means and maxima of square windows of an image, tile by tile: the compiled inner loop of `evidence.local_density`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from numba import types
 
 from indoor_bim.compiled import compiled, inlined
 
-_image = types.Array(types.float32, 2, "C")
+TILE = 128
+"""Side of the tiles, pixels: one and its margins fit into the processor's cache."""
+
+_flags, _image = types.Array(types.boolean, 2, "C", readonly=True), types.Array(types.float32, 2, "C")
 
 
 @inlined
@@ -18,76 +21,86 @@ def _mirrored(i, count):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _sum_across(one, other, reach, out, other_out):  # type: ignore[no-untyped-def]
-    """Sums of the windows along two lines; they are exact, so nothing depends on where they begin."""
-    count = len(one)
-    here = other_here = 0.0
-    for j in range(-reach, reach + 1):
-        here, other_here = here + one[_mirrored(j, count)], other_here + other[_mirrored(j, count)]
-    for j in range(count):
-        out[j], other_out[j] = here, other_here
-        gone = j - reach if j >= reach else _mirrored(j - reach, count)
-        come = j + reach + 1 if j + reach + 1 < count else _mirrored(j + reach + 1, count)
-        here += np.float64(one[come]) - np.float64(one[gone])
-        other_here += np.float64(other[come]) - np.float64(other[gone])
+def _any_in(flags, top, bottom, left, right):  # type: ignore[no-untyped-def]
+    """Whether a flag is set in a rectangle, as far as it lies in the image."""
+    found = False
+    for i in range(max(top, 0), min(bottom, flags.shape[0])):
+        for j in range(max(left, 0), min(right, flags.shape[1])):
+            found |= flags[i, j]
+        if found:
+            break
+    return found
 
 
-@compiled(_image, _image, types.int64, types.float32, _image)
-def share_around(image, weight, reach, least, out):  # type: ignore[no-untyped-def]
-    """Mean of an image by that of a weight, of `least` at least, in the window up to `reach` around each pixel.
+@inlined
+def _share_of_tile(seen, known, top, left, reach, least, column, share):  # type: ignore[no-untyped-def]
+    """Share that is seen of what is known around each pixel of a tile and its margin; -inf outside the image.
 
-    Means are those of `scipy.ndimage.uniform_filter`: first of columns, then of rows.
+    Means are those of `scipy.ndimage.uniform_filter`: first of columns, then of rows. Their sums are exact, so nothing depends on where
+    they begin.
     """
-    rows, columns = image.shape
-    size = 2 * reach + 1
-    total, total_weight, across, across_weight = np.zeros(columns), np.zeros(columns), np.zeros(columns), np.zeros(columns)
-    line, line_weight = np.zeros(columns, np.float32), np.zeros(columns, np.float32)
-    for i in range(-reach, reach + 1):
-        k = _mirrored(i, rows)
-        for j in range(columns):
-            total[j] += image[k, j]
-            total_weight[j] += weight[k, j]
-    for i in range(rows):
-        for j in range(columns):
-            line[j], line_weight[j] = total[j] / size, total_weight[j] / size
+    rows, columns = seen.shape
+    size, wide = 2 * reach + 1, len(share)
+    count, count_known = np.zeros(len(column), np.int64), np.zeros(len(column), np.int64)
+    mean, mean_known = np.zeros(len(column), np.float32), np.zeros(len(column), np.float32)
+    first, last = max(top, 0), min(top + wide, rows)
+    share[:] = -np.inf
+    for k in range(first - reach, first + reach + 1):
+        row, row_known = seen[_mirrored(k, rows)], known[_mirrored(k, rows)]
+        for c in range(len(column)):
+            count[c] += row[column[c]]
+            count_known[c] += row_known[column[c]]
+    for i in range(first, last):
+        for c in range(len(column)):
+            mean[c], mean_known[c] = count[c] / size, count_known[c] / size
         gone, come = _mirrored(i - reach, rows), _mirrored(i + reach + 1, rows)
-        for j in range(columns):
-            total[j] += np.float64(image[come, j]) - np.float64(image[gone, j])
-            total_weight[j] += np.float64(weight[come, j]) - np.float64(weight[gone, j])
-        _sum_across(line, line_weight, reach, across, across_weight)
-        for j in range(columns):
-            out[i, j] = np.float32(across[j] / size) / max(np.float32(across_weight[j] / size), least)
+        gone_row, come_row, gone_known, come_known = seen[gone], seen[come], known[gone], known[come]
+        for c in range(len(column)):
+            count[c] += np.int64(come_row[column[c]]) - np.int64(gone_row[column[c]])
+            count_known[c] += np.int64(come_known[column[c]]) - np.int64(gone_known[column[c]])
+        total = total_known = 0.0
+        for c in range(size - 1):
+            total, total_known = total + mean[c], total_known + mean_known[c]
+        for c in range(wide):
+            total, total_known = total + mean[c + size - 1], total_known + mean_known[c + size - 1]
+            if left + c >= 0 and left + c < columns:
+                share[i - top, c] = np.float32(total / size) / max(np.float32(total_known / size), least)
+            total, total_known = total - mean[c], total_known - mean_known[c]
 
 
-@compiled(_image, types.int64, _image)
-def largest_around(image, reach, out):  # type: ignore[no-untyped-def]
-    """Largest value of the window up to `reach` around each pixel: of two, four, eight rows or columns, then of two such that overlap."""
-    rows, columns = image.shape
-    size = 2 * reach + 1
-    padded = np.zeros((rows + 2 * reach, columns), np.float32)
-    for i in range(len(padded)):
-        row, inside = padded[i], i >= reach and i < reach + rows
-        for j in range(columns):
-            row[j] = image[i - reach, j] if inside else -np.inf
-    line = np.zeros(columns + 2 * reach, np.float32)
-    step = 1
-    while 2 * step <= size:
-        for i in range(len(padded) - step):
-            row, further = padded[i], padded[i + step]
-            for j in range(columns):
-                row[j] = further[j] if further[j] > row[j] else row[j]
-        step *= 2
-    rest = size - step
-    for i in range(rows):
-        first, second = padded[i], padded[i + rest]
-        for j in range(columns):
-            line[reach + j] = first[j] if first[j] > second[j] else second[j]
-        for j in range(reach):
-            line[j] = line[reach + columns + j] = -np.inf
-        width = 1
-        while 2 * width <= size:
-            for j in range(len(line) - width):
-                line[j] = line[j + width] if line[j + width] > line[j] else line[j]
-            width *= 2
-        for j in range(columns):
-            out[i, j] = line[j] if line[j] > line[j + rest] else line[j + rest]
+@compiled(_flags, _flags, types.int64, types.float32, _image)
+def best_share_around(seen, known, reach, least, out):  # type: ignore[no-untyped-def]
+    """Largest share that is seen of what is known (`least` at least) around the pixels around each pixel that is known.
+
+    Both windows reach so many pixels to each side. The largest of a window is that of two, four, eight rows or columns, then of two such
+    that overlap. Where nothing was seen near a tile, nothing is written.
+    """
+    rows, columns = seen.shape
+    size, wide = 2 * reach + 1, TILE + 2 * reach
+    share, line = np.zeros((wide, wide), np.float32), np.zeros(wide, np.float32)
+    column = np.zeros(wide + 2 * reach, np.int64)
+    for top in range(0, rows, TILE):
+        for left in range(0, columns, TILE):
+            if not _any_in(seen, top - 2 * reach, top + TILE + 2 * reach, left - 2 * reach, left + TILE + 2 * reach):
+                continue
+            for c in range(len(column)):
+                column[c] = _mirrored(left - 2 * reach + c, columns)
+            _share_of_tile(seen, known, top - reach, left - reach, reach, least, column, share)
+            step = 1
+            while 2 * step <= size:
+                for i in range(wide - step):
+                    for c in range(wide):
+                        share[i, c] = share[i + step, c] if share[i + step, c] > share[i, c] else share[i, c]
+                step *= 2
+            rest = size - step
+            for i in range(min(TILE, rows - top)):
+                for c in range(wide):
+                    line[c] = share[i, c] if share[i, c] > share[i + rest, c] else share[i + rest, c]
+                width = 1
+                while 2 * width <= size:
+                    for c in range(wide - width):
+                        line[c] = line[c + width] if line[c + width] > line[c] else line[c]
+                    width *= 2
+                for c in range(min(TILE, columns - left)):
+                    if known[top + i, left + c]:
+                        out[top + i, left + c] = line[c] if line[c] > line[c + rest] else line[c + rest]
