@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from plans import FLAT, TWO_ROOMS, faces_of_rooms, turned
 
 from indoor_bim.plan.collinear import merge_collinear
-from indoor_bim.plan.graph import join_walls, wall_graph
+from indoor_bim.plan.graph import _meetings, join_walls, wall_graph
 from indoor_bim.plan.joints import footprints
 from indoor_bim.plan.raster import Raster, count_raster
 from indoor_bim.plan.rooms import known_rooms, observed_share, room_polygons
@@ -204,3 +204,11 @@ def test_observed_share_is_that_of_the_pixels_one_by_one(seed):
     centres = seen.centre(np.argwhere(np.ones((140, 140))) - 50)
     centres = centres[shapely.contains_xy(polygon, *centres.T)]
     assert observed_share(polygon, seen) == pytest.approx((seen.sample(centres) != 0).mean(), abs=1e-12)
+
+
+def test_incidences_within_two_centimetres_of_the_first_are_one_corner():
+    walls = wall_table(((0, 0), (4, 0), 0.2), ((4, 0), (4, 3), 0.2), ((4, 3), (0, 3), 0.2))
+    at = [(4.0, 0.0), (4.019, 0.0), (4.021, 0.0), (3.981, -0.001), (-0.001, 2.999), (0.001, 3.001)]
+    met = _meetings(walls, [(np.array(point), 0, k, 1 + k % 2) for k, point in enumerate(at)])
+    assert [meeting.point for meeting in met] == [(-0.001, 2.999), (4.0, 0.0), (4.021, 0.0)]
+    assert [meeting.walls for meeting in met] == [(0, 1, 2), (0, 1, 2), (0, 1)]

@@ -111,5 +111,6 @@ def test_an_image_in_blocks_is_the_whole_one(shape):
     assert np.array_equal(blocks.whole(), image)
     assert np.array_equal(blocks.at(np.arange(image.size)), image.ravel())
     assert np.array_equal(blocks.side(1).whole(), image[1])
+    assert np.array_equal(blocks.nonzero(), np.nonzero(image))
     assert not blocks.values[0].any()
     assert blocks.values[1:].any(axis=1).all()

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 from plans import FLAT, TWO_ROOMS, box, faces_of_rooms, turned
 
+from indoor_bim.plan import walls as walls_module
 from indoor_bim.plan.collinear import merge_collinear
+from indoor_bim.plan.face_chains import chain_faces
 from indoor_bim.plan.segments import Segments
 from indoor_bim.plan.walls import walls_from_faces
 
@@ -121,3 +123,19 @@ def test_the_order_of_faces_does_not_matter():
 
 def test_no_faces_no_walls():
     assert len(walls_from_faces(Segments.from_ends(np.zeros((0, 2)), np.zeros((0, 2))))) == 0
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_no_chain_across_a_wall_is_overlooked(seed):
+    rng = np.random.default_rng(seed)
+    rooms = [box(x + rng.uniform(0, 0.4), y + rng.uniform(0, 0.4), x + 3.6, y + 2.6) for x in range(0, 16, 4) for y in range(0, 12, 3)]
+    chains = chain_faces(turned(faces_of_rooms(*rooms), rng.uniform(0, 90)), bridged_gap=1.0, offset_tolerance=0.05)
+    limits = {"min_thickness": 0.05, "max_thickness": 0.6}
+    near = walls_module._across_a_wall(chains, **limits)
+    found = 0
+    for i, candidates in enumerate(near):
+        every = walls_module._opposite(chains, i, np.flatnonzero(chains.direction @ chains.direction[i] < -0.9), **limits)
+        assert walls_module._opposite(chains, i, candidates, **limits) == every
+        found += len(every)
+    assert found > 10
+    assert sum(map(len, near)) < 0.3 * len(chains) ** 2

@@ -58,6 +58,12 @@ class BlockImage:
         values: NDArray[Any] = self.values[slots, column & (BLOCK - 1)]
         return values
 
+    def nonzero(self) -> tuple[NDArray[np.int64], ...]:
+        """Indices of the pixels that are not zero, one array for each axis, ascending."""
+        *index, block = np.nonzero(self.slot)
+        number, column = np.nonzero(self.values[self.slot[(*index, block)]])
+        return (*(axis[number] for axis in index), block[number] * BLOCK + column)
+
     def whole(self) -> NDArray[Any]:
         """The whole image."""
         *rows, columns = self.shape

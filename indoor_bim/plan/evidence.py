@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -276,20 +277,20 @@ def overhead_hits(
     seen : Raster
         True where hit; False over walls.
     column : (rows, columns) bool
-        Pixels over walls.
+        Pixels over walls, and those around them.
     """
     slack = Raster(tolerance + _relief(overhead).image, overhead.origin, overhead.cell)
     raster = surface_raster(points, overhead, slack, low=low, high=high, cell=cell)
-    column = wall_columns(wall, raster)
-    for line in (column, column.T):
-        near = line.copy()
-        line[1:] |= near[:-1]
-        line[:-1] |= near[1:]
+    rows, columns = raster.image.shape
+    column = np.zeros((rows, columns), dtype=bool)
+    i, j = wall_columns(wall, raster)
+    for down, across in itertools.product((-1, 0, 1), (-1, 0, 1)):
+        column[np.clip(i + down, 0, rows - 1), np.clip(j + across, 0, columns - 1)] = True
     return Raster(raster.image & ~column, low, cell), column
 
 
-def wall_columns(wall: WallPoints, raster: Raster, *, above: float = 0.75, layers: int = 24) -> Bools:
-    """Pixels of a raster in which points high on the walls hit more than one height layer."""
+def wall_columns(wall: WallPoints, raster: Raster, *, above: float = 0.75, layers: int = 24) -> tuple[NDArray[np.int64], ...]:
+    """Rows (k,) and columns (k,) of the pixels of a raster in which points high on the walls hit more than one height layer."""
     rows, columns = raster.image.shape
     if len(wall) > FEW_POINTS:
         from indoor_bim.plan.raster_loops import set_layers
@@ -300,7 +301,7 @@ def wall_columns(wall: WallPoints, raster: Raster, *, above: float = 0.75, layer
             set_layers(wall.xy, wall.rise, above, layers, *raster.origin, raster.cell, columns, state, slots, words)
             done, used = state.tolist()
             if done == len(wall):
-                return BlockImage((rows, columns), slots, np.bitwise_count(words[:used]) >= 2).whole()
+                return BlockImage((rows, columns), slots, np.bitwise_count(words[:used]) >= 2).nonzero()
             words = np.concatenate([words, np.zeros_like(words)])
     upper = wall.rise > above
     rc = raster.pixel(wall.xy[upper])
@@ -308,8 +309,7 @@ def wall_columns(wall: WallPoints, raster: Raster, *, above: float = 0.75, layer
     ok = ((rc >= 0) & (rc < raster.image.shape)).all(axis=1)
     masks = np.zeros((rows, columns), dtype=np.uint32)
     np.bitwise_or.at(masks, (rc[ok, 0], rc[ok, 1]), np.uint32(1) << layer[ok].astype(np.uint32))
-    hit: Bools = np.bitwise_count(masks) >= 2
-    return hit
+    return np.nonzero(np.bitwise_count(masks) >= 2)
 
 
 def covered(
