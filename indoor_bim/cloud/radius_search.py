@@ -18,7 +18,7 @@ from indoor_bim.cloud.tiles import load, most_points, sort_into_tiles
 from indoor_bim.compiled import compiled, inlined
 from indoor_bim.threads import in_threads, threads_for
 
-AT_ONCE = 32
+AT_ONCE = 64
 """Points of the cells around that are looked at together."""
 LONGER = 1 + 2.0**-16
 """Side of a cell in radii: neighbours are never two cells apart, however they are rounded to steps."""
