@@ -45,28 +45,36 @@ def scan(count: int) -> Path:
     return office_scan(count)
 
 
-def office_scan(count: int, *, most: int = 2_000_000) -> Path:
-    """Make the scan of so many points, or find it; more than `most` points are copies of these, each 2 mm rough."""
+def office_scan(count: int, *, most: int = 2_000_000, floors: int = 1) -> Path:
+    """Make the scan of so many points, or find it; more than `most` points are copies of these, each 2 mm rough.
+
+    Several floors lie side by side, 50 m by 40 m each, as one scan of a level map.
+    """
     import laspy
 
-    from indoor_bim.simulate import office_floor, simulate
+    from indoor_bim.simulate import office_floor, profile_params, simulate
 
-    folder = CACHE / f"office_{count}"
+    folder = CACHE / (f"office_{count}" if floors == 1 else f"office_{count}_on_{floors}")
     path = folder / "scan.laz"
     if path.exists():
         return path
     folder.mkdir(parents=True, exist_ok=True)
-    made = simulate(office_floor(offices=8, seed=1), profile="backpack", points=min(count, most), seed=1)
-    np.savetxt(folder / "trajectory.csv", made.trajectory, fmt="%.6f", delimiter=",", header="t,x,y,z", comments="")
+    params = profile_params("backpack") if floors == 1 else profile_params("backpack").model_copy(update={"map_tilt": 0.0})
+    made = simulate(office_floor(offices=8, seed=1), points=min(count // floors, most), seed=1, params=params)
+    places = [np.array([50.0 * (k % 4), 40.0 * (k // 4), 0.0]) for k in range(floors)]
+    pause = float(made.trajectory[-1, 0] - made.trajectory[0, 0]) + 1.0
+    paths = [made.trajectory + np.array([k * pause, *place]) for k, place in enumerate(places)]
+    np.savetxt(folder / "trajectory.csv", np.vstack(paths), fmt="%.6f", delimiter=",", header="t,x,y,z", comments="")
     header = laspy.LasHeader(version="1.4", point_format=6)
     header.scales, header.offsets = np.full(3, 0.001), np.floor(made.points.min(axis=0))
     rng = np.random.default_rng(2)
     beside = path.with_suffix(".part.laz")
     with laspy.open(beside, mode="w", header=header) as writer:
-        for _ in range(max(count // len(made.points), 1)):
+        for k in range(max(count // len(made.points), 1)):
             record = laspy.ScaleAwarePointRecord.zeros(len(made.points), header=header)
-            steps = np.rint((made.points + rng.normal(0, 0.002, made.points.shape) - header.offsets) / 0.001).astype(np.int32)
-            record["X"], record["Y"], record["Z"], record["gps_time"] = *steps.T, made.gps_time
+            points = made.points + places[k % floors] + rng.normal(0, 0.002, made.points.shape)
+            steps = np.rint((points - header.offsets) / 0.001).astype(np.int32)
+            record["X"], record["Y"], record["Z"], record["gps_time"] = *steps.T, made.gps_time + k % floors * pause
             writer.write_points(record)
     beside.rename(path)
     return path

@@ -1,6 +1,6 @@
 """Time and memory of the whole way from a LAZ file to the model, beside laspy reading the same file; how both grow with the file.
 
-Usage: ``python benchmarks/whole_way.py [--points 200_000,2_000_000,20_000_000] [--rounds 3] [--max-memory GIGABYTES]``.
+Usage: ``python benchmarks/whole_way.py [--points 200_000,2_000_000,20_000_000] [--rounds 3] [--max-memory GIGABYTES] [--floors 1]``.
 Nothing is written; imports and the loading of compiled code do not count. Every figure is the least of the rounds, each in a process of
 its own. Scans are simulated once and kept (`conftest.office_scan`).
 """
@@ -49,12 +49,13 @@ def main() -> None:
     options.add_argument("--points", default="200_000,2_000_000,20_000_000")
     options.add_argument("--rounds", type=int, default=3)
     options.add_argument("--max-memory", type=float)
+    options.add_argument("--floors", type=int, default=1, help="office floors side by side that the points are spread over")
     chosen = options.parse_args()
     warm = office_scan(200_000)
     before: dict[str, float] | None = None
     print("      points | laspy: clock, processor | auto: clock, processor, GB | ratio of clocks, processors | growth")
     for count in (int(text) for text in chosen.points.split(",")):
-        path = office_scan(count)
+        path = office_scan(count, floors=chosen.floors)
         laspy = measured("laspy", path, warm, rounds=chosen.rounds, memory=None)
         auto = measured("auto", path, warm, rounds=chosen.rounds, memory=chosen.max_memory)
         ratios = f"{auto['clock'] / laspy['clock']:5.1f} {auto['processor'] / laspy['processor']:5.1f}"
