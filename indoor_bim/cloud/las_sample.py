@@ -7,16 +7,19 @@ from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from pathlib import Path
 from threading import Event
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.cloud.density import DensitySample, TooManyCubesError
 from indoor_bim.cloud.density_limit import PIECE, SIDE, DensityLimit
 from indoor_bim.cloud.las import LasFile, open_las, read_las
 from indoor_bim.cloud.raw import RawScan
 from indoor_bim.cloud.units import METRES_PER_UNIT, TALLEST_SCAN
 from indoor_bim.threads import even_slices, in_threads, threads_for
+
+if TYPE_CHECKING:
+    from indoor_bim.cloud.density import DensitySample
 
 logger = logging.getLogger(__name__)
 
@@ -45,19 +48,24 @@ def sample_las(path: Path, *, limit: DensityLimit, unit: str = "auto", progress:
     ReadError
         As `read_las`.
     """
+    with open_las(path) as file:
+        few = file.count <= limit.above
+    if few:
+        return read_las(path, progress)
+    from indoor_bim.cloud.density import TooManyCubesError
+
     side = SIDE
     while True:
         with open_las(path) as file:
-            if file.count <= limit.above:
-                break
             try:
                 return _sample(file, limit, side, unit, progress)
             except TooManyCubesError:
                 side *= 2
-    return read_las(path, progress)
 
 
 def _sample(file: LasFile, limit: DensityLimit, side: float, unit: str, progress: Callable[[float], None] | None) -> RawScan:
+    from indoor_bim.cloud.density import DensitySample
+
     crs, declared = file.reference()
     metres = np.abs(file.header.scales) * _metres_per_unit(file, unit, declared)
     kind = np.dtype([(name, file.kind[name]) for name in ("intensity", file.classes, "gps_time") if name in (file.kind.names or ())])
