@@ -45,15 +45,18 @@ def rays_by_hand(wall, point, sensor):
     return side, half - end, along, up
 
 
+@pytest.mark.parametrize("wide", [16.0, 0.5])
 @pytest.mark.parametrize("seed", range(4))
-def test_rays_at_walls_are_those_of_a_plain_loop(seed):
+def test_rays_at_walls_are_those_of_a_plain_loop(seed, wide):
     rng = np.random.default_rng(seed)
-    walls = some_walls(rng)
-    sensors = np.column_stack([rng.uniform(-6, 6, (400, 2)), rng.uniform(1, 2, 400)])
-    points = np.column_stack([rng.uniform(-10, 10, (400, 2)), rng.uniform(-0.5, 3, 400)])
-    found = rays_at_walls(walls, points, sensors, np.arange(400))
+    walls, block = some_walls(rng), 256
+    around = np.repeat(rng.uniform(-8, 8, (12, 2)), block, axis=0) if wide < 1 else np.zeros((400, 2))
+    count = len(around)
+    sensors = np.column_stack([around + rng.uniform(-0.4, 0.4, (count, 2)) * wide, rng.uniform(1, 2, count)])
+    points = np.column_stack([around + rng.uniform(-0.6, 0.6, (count, 2)) * wide, rng.uniform(-0.5, 3, count)])
+    found = rays_at_walls(walls, points, sensors, np.arange(count))
     for wall, rays in zip(walls, found, strict=True):
-        expected = {k: ray for k in range(400) if (ray := rays_by_hand(wall, points[k], sensors[k])) is not None}
+        expected = {k: ray for k in range(count) if (ray := rays_by_hand(wall, points[k], sensors[k])) is not None}
         assert sorted(rays.period.tolist()) == sorted(expected)
         for row, k in enumerate(rays.period.tolist()):
             side, depth, along, up = expected[k]
