@@ -49,7 +49,7 @@ def beside_a_wall(walls, rng):
     """Place a few decimetres before or behind the face of a wall."""
     wall = walls[rng.integers(len(walls))]
     d = (np.array(wall.end) - wall.start) / wall.length
-    away = rng.choice([-1, 1]) * (wall.thickness / 2 + rng.uniform(0, 2 * FRONT))
+    away = rng.choice([-1, 1]) * (wall.thickness / 2 + rng.uniform(0, 5 * FRONT))
     return wall.start + rng.uniform(0, wall.length) * d + away * np.array([-d[1], d[0]])
 
 
@@ -60,7 +60,7 @@ def test_rays_at_walls_are_those_of_a_plain_loop(seed, wide):
     walls, block = some_walls(rng), 256
     around = np.zeros((400, 2)) if wide > 1 else np.repeat([beside_a_wall(walls, rng) for _ in range(24)], block, axis=0)
     count = len(around)
-    sensors = np.column_stack([around + rng.uniform(-0.8, 0.8, (count, 2)) * wide, rng.uniform(1, 2, count)])
+    sensors = np.column_stack([around + rng.uniform(-1.6, 1.6, (count, 2)) * wide, rng.uniform(1, 2, count)])
     points = np.column_stack([around + rng.uniform(-0.6, 0.6, (count, 2)) * wide, rng.uniform(-0.5, 3, count)])
     found = rays_at_walls(walls, points, sensors, np.arange(count))
     for wall, rays in zip(walls, found, strict=True):
