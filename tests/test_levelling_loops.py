@@ -80,3 +80,26 @@ def test_only_peaks_with_a_share_of_the_largest_count_and_the_largest_comes_firs
     assert np.round(height_peaks(heights, share=0.5), 1).tolist() == [1.0, 4.0]
     assert height_peaks(np.zeros(0), share=0.5) == []
     assert height_peaks(np.array([3.0]), share=0.5) == [3.0]
+
+
+def peaks_in_numpy(heights, share):
+    """Twin of `height_peaks`: what is within 12 cm of a peak is no other."""
+    ordered = np.sort(heights)
+    low = ordered[0] - 1.0
+    histogram = np.pad(np.bincount(((ordered - low) / 0.01).astype(int)).astype(float), (0, 100))
+    smooth = np.convolve(histogram, np.maximum(1 - (np.arange(-6, 7) / 7) ** 2, 0), mode="same")
+    least, peaks = max(share * smooth.max(), 1.0), []
+    while smooth.max() >= least:
+        top = int(np.argmax(smooth))
+        near = ordered[np.abs(ordered - (low + (top + 0.5) * 0.01)) < LEVEL_TOLERANCE]
+        peaks.append(np.median(near))
+        smooth[max(top - 12, 0) : top + 13] = 0
+    return peaks
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_peaks_are_those_of_numpy(seed):
+    rng = np.random.default_rng(seed)
+    levels = rng.choice(rng.uniform(-1, 4, 12), 3000)
+    heights = levels + rng.normal(0, 0.01, 3000)
+    assert height_peaks(heights, share=0.02) == peaks_in_numpy(heights, 0.02)

@@ -189,8 +189,8 @@ def runs_in_numpy(part, wall, cell):
 def test_stretches_of_open_columns_are_those_of_numpy(seed):
     rng = np.random.default_rng(seed)
     columns = int(rng.integers(1, 60))
-    part = (rng.random((rng.integers(1, 12), columns)) < 0.9) & np.repeat(rng.random(30) < 0.6, 2)[:columns]
-    wall = ~part & (rng.random(part.shape) < 0.7)
+    part = (rng.random((rng.integers(1, 12), columns)) < 0.9) & np.repeat(rng.random(60) < 0.6, rng.integers(1, 6, 60))[:columns]
+    wall = ~part & (rng.random(part.shape) < 0.7) & np.repeat(rng.random(60) < 0.5, rng.integers(1, 6, 60))[:columns]
     for cell in (0.03, 0.05, 0.1):
         assert _runs(part, wall, cell=cell) == runs_in_numpy(part, wall, cell)
         assert _runs(part.T, wall.T, cell=cell) == runs_in_numpy(part.T, wall.T, cell)

@@ -41,7 +41,7 @@ def test_pixels_that_are_hit(xy):
     assert 0.3 < whole.mean() < 1
 
 
-def test_columns_in_which_walls_were_hit_at_several_heights(xy):
+def test_columns_in_which_walls_were_hit_at_several_heights(xy, monkeypatch):
     rise = np.random.default_rng(3).uniform(0.5, 1.1, len(xy))
     raster = Raster(np.zeros((90, 130)), np.array([0.0, 0.0]), 0.1)
     points = ev.WallPoints(xy, rise, 1 - rise, None)
@@ -51,6 +51,8 @@ def test_columns_in_which_walls_were_hit_at_several_heights(xy):
     layers[row[high], column[high], np.minimum((rise[high] * 24).astype(int), 23)] = True
     assert np.array_equal(ev.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
     assert 0.1 < (layers.sum(axis=2) > 1).mean() < 0.9
+    monkeypatch.setattr(ev, "FIRST_SLOTS", 2)
+    assert np.array_equal(ev.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
     few = np.arange(ev.FEW_POINTS)
     layers[:] = False
     layers[row[few][high[few]], column[few][high[few]], np.minimum((rise[few][high[few]] * 24).astype(int), 23)] = True
@@ -94,6 +96,29 @@ def test_density_of_large_images_is_that_of_small_ones(shape, monkeypatch):
     monkeypatch.setattr(ev, "FEW_PIXELS", seen.size)
     assert np.array_equal(large, ev.local_density(seen, known, cell=0.025))
     assert large.max() > 0
+
+
+@pytest.mark.parametrize("place", [(127, 128), (128, 255), (140, 10), (0, 0), (299, 399)])
+def test_a_single_hit_shows_in_all_tiles_around(place, monkeypatch):
+    seen, known = np.zeros((300, 400), dtype=bool), np.ones((300, 400), dtype=bool)
+    seen[place] = True
+    large = ev.local_density(seen, known, cell=0.025)
+    monkeypatch.setattr(ev, "FEW_PIXELS", seen.size)
+    assert np.array_equal(large, ev.local_density(seen, known, cell=0.025))
+    reached = np.argwhere(large)
+    assert (reached.max(axis=0) == np.minimum(np.array(place) + 20, [299, 399])).all()
+
+
+def test_the_upper_ends_of_walls_and_what_touches_them_are_no_ceiling():
+    ground = (np.argwhere(np.ones((9, 9))) + 0.5) * 0.1
+    ceiling = np.column_stack([ground, np.full(81, 2.5)])
+    wall = ev.WallPoints(np.tile([0.45, 0.25], (2, 1)), np.array([0.8, 0.95]), np.array([0.5, 0.1]), None)
+    overhead_raster = Raster(np.full((9, 9), 2.5), np.zeros(2), 0.1)
+    seen, column = ev.overhead_hits(ceiling, wall, overhead_raster, low=np.zeros(2), high=np.full(2, 0.9), cell=0.1)
+    expected = np.zeros((9, 9), dtype=bool)
+    expected[1:4, 3:6] = True
+    assert np.array_equal(column, expected)
+    assert np.array_equal(seen.image, ~expected)
 
 
 def test_rows_within_a_box(points):

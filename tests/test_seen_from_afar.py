@@ -15,7 +15,7 @@ from indoor_bim.plan.cells import cut_into_cells
 from indoor_bim.plan.evidence import FEW_POINTS, WallPoints
 from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.free_space import FreeSpace, extent, in_front, roofed, usual_density
-from indoor_bim.plan.line_search import AFAR, beside, find_lines
+from indoor_bim.plan.line_search import AFAR, beside, edge_evidence, find_lines
 from indoor_bim.plan.local_density import thinly_scanned
 from indoor_bim.plan.loose_faces import attached, joined_pieces, opaque, points_outside, reach_out, without_doubles
 from indoor_bim.plan.oblique import unexplained
@@ -97,6 +97,27 @@ def test_a_thin_wall_is_found_where_it_is(density):
     assert abs(lines.offset[far] * lines.normal[far, 1] - 9.0) < 0.006
     assert lines.normal[far, 1] == pytest.approx(-1, abs=1e-3)
     assert lines.end[far] - lines.start[far] > 6.5
+
+
+def test_edges_that_were_seen_from_afar_only_were_not_seen_from_nearby():
+    points = together(
+        wall((0, 0), (8, 0), density=3000, seen_from=(4, 2)),
+        wall((8, 0), (8, 9), density=3000, seen_from=(4, 2), seed=1),
+        wall((8, 9.0), (0, 9.0), density=15, seen_from=(4, 2), seed=3),
+    )
+    lines, sweeps = find_lines(points, NOTHING_OVERHEAD)
+    p, q = lines.ends(2.0)
+    left = np.array([[0.0, -0.5], [0.0, 9.5]])
+    cells = cut_into_cells(np.vstack([p, left[:1]]), np.vstack([q, left[1:]]))
+    seen, nearby = edge_evidence(cells, lines, sweeps)
+    height = (cells.edge_start + cells.edge_end)[:, 1] / 2
+    near, far = (cells.edge_line < len(lines)) & (np.abs(height) < 0.1), (cells.edge_line < len(lines)) & (np.abs(height - 9) < 0.1)
+    long = np.hypot(*(cells.edge_end - cells.edge_start).T) > 6
+    assert (near & long).any()
+    assert (far & long).any()
+    assert (np.minimum(seen, nearby)[near & long & (seen > 0)] > 0.8).all()
+    assert seen[far & long].max() > 0.7
+    assert nearby[far & long].max() < 0.2
 
 
 def test_scattered_points_are_no_wall():

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from indoor_bim.plan import strip_filters
 from indoor_bim.plan.block_image import BLOCK, BlockImage
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.sparse_image import SparseImage
@@ -63,6 +64,16 @@ def test_many_points_give_what_their_twins_give(strips, angle, sided, seed):
         assert (shown > 0.35).sum() > 20
 
 
+@pytest.mark.parametrize("sided", [True, False])
+@pytest.mark.parametrize("room", [3, 4, 100])
+def test_there_is_room_for_all_blocks(sided, room, monkeypatch):
+    points = wall_points(sided=sided)
+    whole = masks_of_many(points, 1.0, 0.0, BELOW_CEILING)[1]
+    assert len(whole.values) > 200
+    monkeypatch.setattr(strip_filters, "FIRST_SLOTS", room)
+    assert np.array_equal(masks_of_many(points, 1.0, 0.0, BELOW_CEILING)[1].whole(), whole.whole())
+
+
 @pytest.mark.parametrize("strips", [BELOW_CEILING, FAR])
 @pytest.mark.parametrize("shape", [(2, 9, 70), (2, 4, 200), (2, 40, 64)])
 @pytest.mark.parametrize("share", [0.02, 0.6])
@@ -71,6 +82,7 @@ def test_strips_hit_up_to_the_border_give_what_their_twins_give(strips, shape, s
     masks = np.where(rng.random(shape) < share, rng.integers(0, 2**strips.layers, shape), 0).astype(np.uint32)
     masks[:, :, 20:24] |= np.uint32(2**strips.layers - 1)
     masks[0, :, :2] |= np.uint32(2**strips.layers - 1)
+    masks[1, :, BLOCK - 1 : BLOCK] |= np.uint32(2**strips.layers - 1)
     evidence = wall_evidence(masks, strips)
     many_masks = BlockImage.of(masks)
     many_evidence = evidence_of_many(many_masks, strips)
