@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from indoor_bim.cloud.extent import bounds
+from indoor_bim.ordering import order_of
 
 Floats = NDArray[np.float64]
 
@@ -55,7 +56,7 @@ class BoxMoments:
         first = index.min(axis=0)
         size = index.max(axis=0) - first + 1
         key = ((index[:, 0] - first[0]) * size[1] + index[:, 1] - first[1]) * size[2] + index[:, 2] - first[2]
-        order = np.argsort(key, kind="stable")
+        order = order_of(key)
         new = np.flatnonzero(np.append(True, np.diff(key[order]) != 0))
         count, index = np.add.reduceat(self.count[order], new), index[order][new]
         mean = np.add.reduceat((self.count[:, None] * self.mean)[order], new) / count[:, None]

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from indoor_bim.cloud.hash_slots import FREE, slot_of
 from indoor_bim.compiled import compiled
+from indoor_bim.ordering import order_of
 from indoor_bim.threads import even_slices, in_threads, threads_for
 
 FIRST_SLOTS = 1 << 14
@@ -49,7 +50,7 @@ def sum_products(
     done = in_threads(lambda part: _sum_part(points[part], sides, first, strides), parts, threads=threads_for(len(points)))
     count, corner, sums = (np.concatenate([part[k] for part in done]) for k in range(3))
     keys = (corner - first) @ strides
-    order = np.argsort(keys, kind="stable")
+    order = order_of(keys)
     keys = keys[order]
     new = np.flatnonzero(np.append(True, keys[1:] != keys[:-1]))
     return np.add.reduceat(count[order], new), corner[order[new]], np.add.reduceat(sums[order], new)
