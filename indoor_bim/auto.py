@@ -26,6 +26,7 @@ from indoor_bim.plan.face_lines import FaceLines
 from indoor_bim.plan.face_support import measure
 from indoor_bim.plan.free_borders import free_borders
 from indoor_bim.plan.free_space import FreeSpace, cell_space, extent, free_space, in_front, roofed, usual_density
+from indoor_bim.plan.hit_images import hit_raster
 from indoor_bim.plan.line_ends import end_cuts, gap_cuts, prolong
 from indoor_bim.plan.line_search import AFAR, edge_evidence, find_lines, folded_lines, look_into_free_space
 from indoor_bim.plan.loose_faces import loose_faces
@@ -185,7 +186,7 @@ def _entered(
     enough = density > least
     if sensor is not None and not enough.all():
         corners = shapely.total_bounds([outline.polygon for outline in outlines]).reshape(2, 2)
-        went = ev.hit_raster(sensor[:, :2], low=np.floor(corners[0] / SPOT) * SPOT, high=corners[1], cell=SPOT)
+        went = hit_raster(sensor[:, :2], low=np.floor(corners[0] / SPOT) * SPOT, high=corners[1], cell=SPOT)
         stood = went.centre(np.argwhere(went.image))
         for k in np.flatnonzero(~enough).tolist():
             enough[k] = shapely.contains_xy(outlines[k].polygon.buffer(-inside), *stood.T).any()

@@ -80,6 +80,18 @@ def in_threads(work: Callable[[Item], Outcome], items: Sequence[Item], *, thread
     return [done[place] for place in range(len(items))]
 
 
+def in_parts(work: Callable[[slice], object], count: int) -> None:
+    """Do work on slices of so many points, a share in each thread.
+
+    Examples
+    --------
+    >>> in_parts(print, 3)
+    slice(0, 3, None)
+    """
+    threads = threads_for(count)
+    in_threads(work, even_slices(count, threads), threads=threads)
+
+
 def both(first: Callable[[], Outcome], second: Callable[[], Other], *, threads: int) -> tuple[Outcome, Other]:
     """Outcomes of two works that do not wait for one another; the first is to be the longer one, and may have work in threads.
 

@@ -5,6 +5,7 @@ import pytest
 from scipy import ndimage
 
 from indoor_bim.plan import evidence as ev
+from indoor_bim.plan import hit_images as hits
 from indoor_bim.plan import overhead
 from indoor_bim.plan.raster import Raster
 
@@ -35,8 +36,8 @@ def test_spots_towards_the_scanner(xy):
 
 def test_pixels_that_are_hit(xy):
     grid = {"low": np.array([0.0, 0.0]), "high": np.array([10.0, 9.0]), "cell": 0.1}
-    parts = [ev.hit_raster(xy[k::2], **grid).image for k in range(2)]
-    whole = ev.hit_raster(xy, **grid).image
+    parts = [hits.hit_raster(xy[k::2], **grid).image for k in range(2)]
+    whole = hits.hit_raster(xy, **grid).image
     assert np.array_equal(whole, parts[0] | parts[1])
     assert 0.3 < whole.mean() < 1
 
@@ -49,14 +50,14 @@ def test_columns_in_which_walls_were_hit_at_several_heights(xy, monkeypatch):
     layers = np.zeros((90, 130, 24), dtype=bool)
     high = (rise > 0.75) & (row >= 0) & (row < 90) & (column >= 0) & (column < 130)
     layers[row[high], column[high], np.minimum((rise[high] * 24).astype(int), 23)] = True
-    assert np.array_equal(ev.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
+    assert np.array_equal(hits.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
     assert 0.1 < (layers.sum(axis=2) > 1).mean() < 0.9
-    monkeypatch.setattr(ev, "FIRST_SLOTS", 2)
-    assert np.array_equal(ev.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
+    monkeypatch.setattr(hits, "FIRST_SLOTS", 2)
+    assert np.array_equal(hits.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
     few = np.arange(ev.FEW_POINTS)
     layers[:] = False
     layers[row[few][high[few]], column[few][high[few]], np.minimum((rise[few][high[few]] * 24).astype(int), 23)] = True
-    assert np.array_equal(ev.wall_columns(points.take(few), raster), np.nonzero(layers.sum(axis=2) > 1))
+    assert np.array_equal(hits.wall_columns(points.take(few), raster), np.nonzero(layers.sum(axis=2) > 1))
 
 
 @pytest.fixture
@@ -70,8 +71,8 @@ GRID = {"low": np.array([0.0, 0.0]), "high": np.array([10.0, 9.0]), "cell": 0.1}
 @pytest.mark.parametrize(("least", "most"), [(-0.06, 0.06), (0.0, np.inf)])
 def test_pixels_that_are_hit_at_a_level(points, least, most):
     level = {"base": 0.02, "least": least, "most": most, **GRID}
-    parts = [ev.level_raster(points[k::2], **level).image for k in range(2)]
-    whole = ev.level_raster(points, **level).image
+    parts = [hits.level_raster(points[k::2], **level).image for k in range(2)]
+    whole = hits.level_raster(points, **level).image
     assert np.array_equal(whole, parts[0] | parts[1])
     assert 0.2 < whole.mean() < 0.9
 
@@ -79,8 +80,8 @@ def test_pixels_that_are_hit_at_a_level(points, least, most):
 def test_pixels_that_are_hit_on_a_surface(points):
     rng = np.random.default_rng(5)
     surface, slack = (Raster(rng.uniform(*ends, (30, 40)), np.array([0.5, -0.5]), 0.2) for ends in ((-0.05, 0.05), (0.01, 0.04)))
-    parts = [ev.surface_raster(points[k::2], surface, slack, **GRID).image for k in range(2)]
-    whole = ev.surface_raster(points, surface, slack, **GRID).image
+    parts = [hits.surface_raster(points[k::2], surface, slack, **GRID).image for k in range(2)]
+    whole = hits.surface_raster(points, surface, slack, **GRID).image
     assert np.array_equal(whole, parts[0] | parts[1])
     assert 0.1 < whole.mean() < 0.8
 
@@ -91,10 +92,10 @@ def test_density_of_large_images_is_that_of_small_ones(shape, monkeypatch):
     known = ndimage.uniform_filter(rng.random(shape), 9) > 0.48
     seen = (rng.random(shape) < 0.3) & known
     seen[:, : shape[1] // 2] &= rng.random(shape[0])[:, None] < 0.1
-    monkeypatch.setattr(ev, "FEW_PIXELS", 0)
-    large = ev.local_density(seen, known, cell=0.025)
-    monkeypatch.setattr(ev, "FEW_PIXELS", seen.size)
-    assert np.array_equal(large, ev.local_density(seen, known, cell=0.025))
+    monkeypatch.setattr(hits, "FEW_PIXELS", 0)
+    large = hits.local_density(seen, known, cell=0.025)
+    monkeypatch.setattr(hits, "FEW_PIXELS", seen.size)
+    assert np.array_equal(large, hits.local_density(seen, known, cell=0.025))
     assert large.max() > 0
 
 
@@ -102,9 +103,9 @@ def test_density_of_large_images_is_that_of_small_ones(shape, monkeypatch):
 def test_a_single_hit_shows_in_all_tiles_around(place, monkeypatch):
     seen, known = np.zeros((300, 400), dtype=bool), np.ones((300, 400), dtype=bool)
     seen[place] = True
-    large = ev.local_density(seen, known, cell=0.025)
-    monkeypatch.setattr(ev, "FEW_PIXELS", seen.size)
-    assert np.array_equal(large, ev.local_density(seen, known, cell=0.025))
+    large = hits.local_density(seen, known, cell=0.025)
+    monkeypatch.setattr(hits, "FEW_PIXELS", seen.size)
+    assert np.array_equal(large, hits.local_density(seen, known, cell=0.025))
     reached = np.argwhere(large)
     assert (reached.max(axis=0) == np.minimum(np.array(place) + 20, [299, 399])).all()
 
@@ -114,7 +115,7 @@ def test_the_upper_ends_of_walls_and_what_touches_them_are_no_ceiling():
     ceiling = np.column_stack([ground, np.full(81, 2.5)])
     wall = ev.WallPoints(np.tile([0.45, 0.25], (2, 1)), np.array([0.8, 0.95]), np.array([0.5, 0.1]), None)
     overhead_raster = Raster(np.full((9, 9), 2.5), np.zeros(2), 0.1)
-    seen, column = ev.overhead_hits(ceiling, wall, overhead_raster, low=np.zeros(2), high=np.full(2, 0.9), cell=0.1)
+    seen, column = hits.overhead_hits(ceiling, wall, overhead_raster, low=np.zeros(2), high=np.full(2, 0.9), cell=0.1)
     expected = np.zeros((9, 9), dtype=bool)
     expected[1:4, 3:6] = True
     assert np.array_equal(column, expected)

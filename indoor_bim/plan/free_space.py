@@ -8,8 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from indoor_bim.plan import evidence as ev
 from indoor_bim.plan.cells import Cells, cell_image
+from indoor_bim.plan.evidence import WallPoints
+from indoor_bim.plan.hit_images import covered, level_raster, local_density, overhead_hits
 from indoor_bim.plan.raster import Raster
 from indoor_bim.threads import in_threads
 
@@ -72,7 +73,7 @@ class FreeSpace:
 def free_space(
     points: Floats,
     everything: Floats,
-    wall: ev.WallPoints,
+    wall: WallPoints,
     overhead: Raster,
     *,
     floor: float,
@@ -105,11 +106,11 @@ def free_space(
     open_top : bool
         No ceiling was seen.
     """
-    seen, column = ev.overhead_hits(points, wall, overhead, low=low, high=high, cell=cell)
-    known = ~column & ev.covered(everything, above=cover, low=low, high=high, cell=cell, open_top=open_top)
-    ground = known & ev.level_raster(points, base=floor, least=-0.06, most=0.06, low=low, high=high, cell=cell).image
+    seen, column = overhead_hits(points, wall, overhead, low=low, high=high, cell=cell)
+    known = ~column & covered(everything, above=cover, low=low, high=high, cell=cell, open_top=open_top)
+    ground = known & level_raster(points, base=floor, least=-0.06, most=0.06, low=low, high=high, cell=cell).image
     surfaces = [(seen.image, ~column), (ground, known)]
-    density, floor_density = in_threads(lambda pair: ev.local_density(*pair, cell=cell), surfaces, threads=2)
+    density, floor_density = in_threads(lambda pair: local_density(*pair, cell=cell), surfaces, threads=2)
     ceiling = seen.image
     if open_top:
         ceiling, density = np.zeros_like(ceiling), np.zeros_like(density)

@@ -1,4 +1,4 @@
-"""Points on rasters: the compiled inner loops of `evidence`."""
+"""Points on rasters: the compiled inner loops of `evidence` and `hit_images`."""
 
 from __future__ import annotations
 

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.threads import even_slices, in_threads, threads_for
+from indoor_bim.threads import in_parts
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
@@ -51,7 +49,7 @@ def sensor_positions(trajectory: Floats, gps_time: Floats) -> Floats:
     path = np.insert(trajectory[:, 1:], stood + 1, trajectory[stood, 1:], axis=0)
     time, path = np.ascontiguousarray(time, dtype=np.float64), np.ascontiguousarray(path[:, :3], dtype=np.float64)
     positions = np.zeros((len(gps_time), 3))
-    _in_parts(lambda part: positions_at(gps_time[part], time, path, positions[part]), len(gps_time))
+    in_parts(lambda part: positions_at(gps_time[part], time, path, positions[part]), len(gps_time))
     return positions
 
 
@@ -104,14 +102,8 @@ def path_periods(trajectory: Floats, gps_time: Floats) -> Ints:
         return _standpoint(time, gps_time)
     stood = np.append(np.diff(time) > STANDING, False)
     periods = np.zeros(len(gps_time), dtype=np.int64)
-    _in_parts(lambda part: periods_at(gps_time[part], time, stood, DRIFT_PERIOD, periods[part]), len(gps_time))
+    in_parts(lambda part: periods_at(gps_time[part], time, stood, DRIFT_PERIOD, periods[part]), len(gps_time))
     return periods
-
-
-def _in_parts(work: Callable[[slice], None], count: int) -> None:
-    """Do work on parts of so many points."""
-    threads = threads_for(count)
-    in_threads(work, even_slices(count, threads), threads=threads)
 
 
 def _stands(time: Floats) -> bool:

@@ -1,4 +1,4 @@
-"""Means and maxima of square windows of an image, tile by tile: the compiled inner loop of `evidence.local_density`."""
+"""Means and maxima of square windows of an image, tile by tile: the compiled inner loop of `hit_images.local_density`."""
 
 from __future__ import annotations
 
