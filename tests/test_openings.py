@@ -80,7 +80,7 @@ def test_the_number_of_threads_changes_nothing(both, monkeypatch):
     twice = replace(both.storey, walls=(wall, replace(wall, id="S1-W002", axis=wall.axis[::-1]), replace(wall, id="S1-W003", base=0.1)))
     found = []
     for threads in (1, 3):
-        for module in ("wall_views", "plan.wall_rays", "plan.scanner_path"):
+        for module in ("wall_views", "plan.wall_rays", "threads"):
             monkeypatch.setattr(f"indoor_bim.{module}.threads_for", lambda _, threads=threads: threads)
         found.append(find_openings(twice, both.points, **both.given()))
     assert found[0] == found[1]
