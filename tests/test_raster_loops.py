@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from indoor_bim.plan import block_image, overhead
 from indoor_bim.plan import evidence as ev
 from indoor_bim.plan import hit_images as hits
-from indoor_bim.plan import overhead
 from indoor_bim.plan.raster import Raster
 
 
@@ -52,7 +52,7 @@ def test_columns_in_which_walls_were_hit_at_several_heights(xy, monkeypatch):
     layers[row[high], column[high], np.minimum((rise[high] * 24).astype(int), 23)] = True
     assert np.array_equal(hits.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
     assert 0.1 < (layers.sum(axis=2) > 1).mean() < 0.9
-    monkeypatch.setattr(hits, "FIRST_SLOTS", 2)
+    monkeypatch.setattr(block_image, "FIRST_SLOTS", 2)
     assert np.array_equal(hits.wall_columns(points, raster), np.nonzero(layers.sum(axis=2) > 1))
     few = np.arange(ev.FEW_POINTS)
     layers[:] = False

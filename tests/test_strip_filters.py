@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from indoor_bim.plan import strip_filters
+from indoor_bim.plan import block_image
 from indoor_bim.plan.block_image import BLOCK, BlockImage
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.sparse_image import SparseImage
@@ -70,7 +70,7 @@ def test_there_is_room_for_all_blocks(sided, room, monkeypatch):
     points = wall_points(sided=sided)
     whole = masks_of_many(points, 1.0, 0.0, BELOW_CEILING)[1]
     assert len(whole.values) > 200
-    monkeypatch.setattr(strip_filters, "FIRST_SLOTS", room)
+    monkeypatch.setattr(block_image, "FIRST_SLOTS", room)
     assert np.array_equal(masks_of_many(points, 1.0, 0.0, BELOW_CEILING)[1].whole(), whole.whole())
 
 

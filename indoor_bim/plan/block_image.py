@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -11,6 +12,8 @@ from numpy.typing import NDArray
 BLOCK_BITS = 6
 BLOCK = 1 << BLOCK_BITS
 """Pixels of a row that are kept together."""
+FIRST_SLOTS = 4096
+"""Room for blocks at first, while bits are set."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -74,6 +77,31 @@ class BlockImage:
 def blocks_across(columns: int) -> int:
     """Number of blocks of a row."""
     return -(-columns // BLOCK)
+
+
+def bits_of_points(
+    set_bits: Callable[[NDArray[np.int64], NDArray[np.int32], NDArray[np.uint32]], None], shape: tuple[int, ...], *, points: int
+) -> BlockImage:
+    """Image of the bits that a compiled loop sets for points, in as many blocks as they need.
+
+    Parameters
+    ----------
+    set_bits : callable
+        Takes a state, which is the number of points that are done and of slots that are used, the slots of all blocks, and the pixels at
+        the slots; goes on where the state says until all points are done or there is no room for their blocks.
+    shape : tuple of int
+        Shape of the image.
+    points : int
+        Number of points.
+    """
+    slots = np.zeros((*shape[:-1], blocks_across(shape[-1])), dtype=np.int32)
+    words, state = np.zeros((FIRST_SLOTS, BLOCK), dtype=np.uint32), np.array([0, 1])
+    while True:
+        set_bits(state, slots, words)
+        done, used = state.tolist()
+        if done == points:
+            return BlockImage(shape, slots, words[:used])
+        words = np.concatenate([words, np.zeros_like(words)])
 
 
 def slots_of(used: NDArray[np.bool_]) -> NDArray[np.int32]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from indoor_bim.plan.block_image import BLOCK, BlockImage, blocks_across
+from indoor_bim.plan.block_image import bits_of_points
 from indoor_bim.plan.evidence import FEW_POINTS, WallPoints, clamp_sample, rise_within_cell
 from indoor_bim.plan.raster import Raster
 from indoor_bim.threads import in_parts
@@ -17,8 +18,6 @@ Bools = NDArray[np.bool_]
 
 FEW_PIXELS = 100_000
 """So many pixels are taken by scipy, sooner than the compiled loops are loaded."""
-FIRST_SLOTS = 4096
-"""Room for blocks of an image at first."""
 
 
 def hit_raster(xy: Floats, *, low: Floats, high: Floats, cell: float) -> Raster:
@@ -109,14 +108,11 @@ def wall_columns(wall: WallPoints, raster: Raster, *, above: float = 0.75, layer
     if len(wall) > FEW_POINTS:
         from indoor_bim.plan.raster_loops import set_layers
 
-        slots, words = np.zeros((rows, blocks_across(columns)), dtype=np.int32), np.zeros((FIRST_SLOTS, BLOCK), dtype=np.uint32)
-        state = np.array([0, 1])
-        while True:
-            set_layers(wall.xy, wall.rise, above, layers, *raster.origin, raster.cell, columns, state, slots, words)
-            done, used = state.tolist()
-            if done == len(wall):
-                return BlockImage((rows, columns), slots, np.bitwise_count(words[:used]) >= 2).nonzero()
-            words = np.concatenate([words, np.zeros_like(words)])
+        place = (float(raster.origin[0]), float(raster.origin[1]), raster.cell)
+        layered = bits_of_points(
+            lambda *image: set_layers(wall.xy, wall.rise, above, layers, *place, columns, *image), (rows, columns), points=len(wall)
+        )
+        return replace(layered, values=np.bitwise_count(layered.values) >= 2).nonzero()
     upper = wall.rise > above
     rc = raster.pixel(wall.xy[upper])
     layer = np.clip((wall.rise[upper] * layers).astype(np.int64), 0, layers - 1)

@@ -8,15 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from indoor_bim.plan import strip_loops as loops
-from indoor_bim.plan.block_image import BLOCK, BlockImage, blocks_across, slots_of
+from indoor_bim.plan.block_image import BLOCK, BlockImage, bits_of_points, slots_of
 from indoor_bim.plan.evidence import WallPoints
 from indoor_bim.plan.strips import APART, BLUR, CLEARANCE, LEAST_EVIDENCE, REACH, Strips, layer_bits, lower_corner
 from indoor_bim.threads import in_threads
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
-
-FIRST_SLOTS = 4096
 
 
 def masks_of_many(points: WallPoints, cosine: float, sine: float, strips: Strips) -> tuple[Floats, BlockImage]:
@@ -27,14 +25,12 @@ def masks_of_many(points: WallPoints, cosine: float, sine: float, strips: Strips
     low = lower_corner(u0, v0, strips)
     rows, columns = int((u1 - low[0]) / strips.along) + 6, int((v1 - low[1]) / strips.across) + 11
     sizes = (strips.along, strips.across, strips.even, strips.layers, strips.fine_height, CLEARANCE)
-    slots, words = np.zeros((2, rows, blocks_across(columns)), dtype=np.int32), np.zeros((FIRST_SLOTS, BLOCK), dtype=np.uint32)
-    state = np.array([0, 1])
-    while True:
-        loops.set_layers(xy, sensor, rise, depth, cosine, sine, low[0], low[1], *sizes, state, slots, words)
-        done, used = state.tolist()
-        if done == len(xy):
-            return low, BlockImage((2, rows, columns), slots, words[:used])
-        words = np.concatenate([words, np.zeros_like(words)])
+    place = (cosine, sine, low[0], low[1])
+
+    def set_layers(*image: Any) -> None:
+        loops.set_layers(xy, sensor, rise, depth, *place, *sizes, *image)
+
+    return low, bits_of_points(set_layers, (2, rows, columns), points=len(xy))
 
 
 def evidence_of_many(masks: BlockImage, strips: Strips) -> BlockImage:
